@@ -1,0 +1,2 @@
+//! The program `concentric`.
+fn main() {}

@@ -1,0 +1,27 @@
+//! The only door to `libm` and `micromath`.
+//!
+//! Functions are called by their `libm` names, never as `f32` methods, because those pick another
+//! implementation when `std` is linked, and reports must be bit-identical on every processor.
+
+/// Square root, correctly rounded. Negative arguments (rounding noise) give 0.
+pub(crate) fn sqrt(x: f32) -> f32 {
+    if x > 0.0 { libm::sqrtf(x) } else { 0.0 }
+}
+
+/// Angle of `(x, y)` from +x towards +y, radians.
+pub(crate) fn atan2(y: f32, x: f32) -> f32 {
+    libm::atan2f(y, x)
+}
+
+/// Nearest integer, halves away from zero; saturates.
+pub(crate) fn round(x: f32) -> i32 {
+    libm::roundf(x) as i32
+}
+
+/// Functions good to about 1 %: for gates and sectors, never for a measured value.
+pub(crate) mod approx {
+    /// Angle of `(x, y)`, radians, wrong by at most 0.0028.
+    pub(crate) fn atan2(y: f32, x: f32) -> f32 {
+        micromath::F32(y).atan2(micromath::F32(x)).0
+    }
+}

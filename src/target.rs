@@ -1,0 +1,177 @@
+//! What the library hands out: a [`Target`], its [`Circle`]s, the [`Flags`] that qualify it.
+//!
+//! # Image coordinates
+//!
+//! Pixel centres are at integer coordinates: the centre of the top-left pixel is (0, 0), x runs right, y runs
+//! down (OpenCV's convention). Every type with coordinates in this crate means these.
+
+use heapless::Vec;
+
+/// Largest number of circles kept for a target. A circle drawn as a line has two outlines, so this is
+/// enough for four of those.
+pub const MAX_CIRCLES: usize = 8;
+
+/// A place in the image, in 1/65536 px, in the [image coordinates](self#image-coordinates).
+///
+/// An integer because an `f32` at column 4000 resolves only 2.4e-4 px; this resolves 1.5e-5 px everywhere and
+/// compares bit by bit. Range +-32767 px.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Position {
+    /// Column, 1/65536 px.
+    pub x: i32,
+    /// Row, 1/65536 px.
+    pub y: i32,
+}
+
+impl Position {
+    /// Units in a pixel.
+    pub const SCALE: i32 = 1 << 16;
+
+    /// The place `(dx, dy)` px from the pixel `(x, y)`, rounded to the grid. Saturates at the range.
+    pub(crate) fn from_origin(x: i32, y: i32, dx: f32, dy: f32) -> Self {
+        let axis = |origin: i32, offset: f32| {
+            origin.saturating_mul(Self::SCALE).saturating_add(crate::math::round(offset * Self::SCALE as f32))
+        };
+        Self { x: axis(x, dx), y: axis(y, dy) }
+    }
+
+    /// `(x, y)` in px, rounded to `f32` (up to 1.2e-4 px of rounding at column 4000).
+    pub fn to_px(self) -> (f32, f32) {
+        let scale = 1.0 / Self::SCALE as f32;
+        (self.x as f32 * scale, self.y as f32 * scale)
+    }
+
+    /// `(self - other)` in px; exact to `f32` of the difference.
+    pub fn offset_from(self, other: Self) -> (f32, f32) {
+        let scale = 1.0 / Self::SCALE as f32;
+        (self.x.wrapping_sub(other.x) as f32 * scale, self.y.wrapping_sub(other.y) as f32 * scale)
+    }
+}
+
+/// Covariance of a place in the image, px^2.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Covariance {
+    /// Variance of x.
+    pub xx: f32,
+    /// Covariance of x and y.
+    pub xy: f32,
+    /// Variance of y.
+    pub yy: f32,
+}
+
+/// The image of one circle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Ellipse {
+    /// Ellipse centre (B in Huo et al. 2013).
+    pub centre: Position,
+    /// Semi-major axis, px.
+    pub a: f32,
+    /// Semi-minor axis, px, `<= a`.
+    pub b: f32,
+    /// Direction of the major axis from +x towards +y, radians, in (-pi/2, pi/2].
+    pub theta: f32,
+}
+
+/// One circle of a target: its ellipse and how well that was measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Circle {
+    /// The fitted ellipse.
+    pub ellipse: Ellipse,
+    /// Covariance of the ellipse centre, px^2.
+    pub covariance: Covariance,
+    /// RMS distance of the edge points from the ellipse, px.
+    pub rms: f32,
+    /// Edge points in the fit.
+    pub points: u16,
+    /// Radius as a ratio of the outer circle's: the nominal one where the target is known, else measured.
+    pub ratio: f32,
+}
+
+/// What qualifies a target. A set of bits; names in [`Flags::NAMES`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Flags(pub u16);
+
+impl Flags {
+    /// Brighter side clipped at the top of the grey scale (or darker side at 0) at one edge point in ten or more.
+    pub const CLIPPED: Flags = Flags(1 << 0);
+    /// Contrast below 40 grey levels.
+    pub const LOW_CONTRAST: Flags = Flags(1 << 1);
+    /// Inner semi-minor axis or narrowest gap below 4 px: levels and covariance are less sure.
+    pub const SMALL: Flags = Flags(1 << 2);
+    /// An arc of an outline is missing.
+    pub const OCCLUDED: Flags = Flags(1 << 3);
+    /// Residual of an ellipse is higher than the noise explains.
+    pub const RESIDUAL: Flags = Flags(1 << 4);
+    /// The correction is smaller than the standard deviation that it adds.
+    pub const INSIGNIFICANT: Flags = Flags(1 << 5);
+    /// Light on dark.
+    pub const LIGHT: Flags = Flags(1 << 6);
+    /// No ratio was given; the circles' ratios were measured.
+    pub const MEASURED_RATIO: Flags = Flags(1 << 7);
+
+    /// Every flag with the name used in reports and JSON.
+    pub const NAMES: [(Flags, &'static str); 8] = [
+        (Self::CLIPPED, "clipped"),
+        (Self::LOW_CONTRAST, "low_contrast"),
+        (Self::SMALL, "small"),
+        (Self::OCCLUDED, "occluded"),
+        (Self::RESIDUAL, "residual"),
+        (Self::INSIGNIFICANT, "insignificant"),
+        (Self::LIGHT, "light"),
+        (Self::MEASURED_RATIO, "measured_ratio"),
+    ];
+
+    /// Whether every bit of `other` is set.
+    pub const fn contains(self, other: Flags) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// Sets the bits of `flag` when `on`.
+    pub(crate) fn set(&mut self, flag: Flags, on: bool) {
+        if on {
+            self.0 |= flag.0;
+        }
+    }
+
+    /// Names of the flags that are set.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        Self::NAMES.into_iter().filter(move |(flag, _)| self.contains(*flag)).map(|(_, name)| name)
+    }
+}
+
+/// A target found in a frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Target {
+    /// True centre by the [`Compensation`](crate::Compensation) of the settings.
+    pub centre: Position,
+    /// Covariance of `centre`, px^2.
+    pub covariance: Covariance,
+    /// Centre by eq. (7) of Huo et al. 2013.
+    pub eq7: Position,
+    /// Centre by the exact form.
+    pub exact: Position,
+    /// The circles, outermost first; at least two.
+    pub circles: Vec<Circle, MAX_CIRCLES>,
+    /// Bright minus dark level at the target's middle, grey levels.
+    pub contrast: f32,
+    /// Standard deviation of the edge's blur, pixel box included, px.
+    pub blur: f32,
+    /// What qualifies it.
+    pub flags: Flags,
+}
+
+impl Target {
+    /// Distance between the outer ellipse's centre and `centre`, px: the systematic error that was removed.
+    pub fn eccentricity(&self) -> f32 {
+        self.circles.first().map_or(0.0, |outer| {
+            let (dx, dy) = outer.ellipse.centre.offset_from(self.centre);
+            crate::math::sqrt(dx * dx + dy * dy)
+        })
+    }
+}

@@ -1,0 +1,2 @@
+//! `cargo xtask`: builds, checks and runs concentric for every target.
+fn main() {}
