@@ -71,6 +71,19 @@ impl Rejects {
     }
 }
 
+/// From the counts that [`Rejects::iter`] gives; causes that are left out count 0.
+impl FromIterator<(Reject, u32)> for Rejects {
+    fn from_iter<I: IntoIterator<Item = (Reject, u32)>>(counts: I) -> Self {
+        let mut rejects = Self::default();
+        for (cause, count) in counts {
+            if let Some(place) = rejects.0.get_mut(cause as usize) {
+                *place = count;
+            }
+        }
+        rejects
+    }
+}
+
 /// What was lost because a buffer was full. Saturates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -1,0 +1,358 @@
+//! The order of the stages, and nothing else.
+
+use core::fmt;
+
+use crate::candidate::{self, Waiting};
+use crate::measure::measure;
+use crate::reject::{Observer, Reject, Rejected};
+use crate::scan::{NONE, Scanner};
+use crate::settings::Settings;
+use crate::storage::Storage;
+use crate::summary::Summary;
+use crate::target::{Position, Target};
+
+/// Widest frame, px.
+pub const MAX_WIDTH: u16 = 4096;
+/// Highest frame, px.
+pub const MAX_HEIGHT: u16 = 16384;
+/// Smallest width and height, px: less holds no target.
+pub const MIN_SIZE: u16 = 8;
+
+/// Finds targets in frames.
+#[derive(Debug)]
+pub struct Detector<'s> {
+    scanner: Scanner<'s>,
+    settings: Settings,
+}
+
+impl<'s> Detector<'s> {
+    /// A detector that works in `storage`.
+    pub fn new<const WIDTH: usize, const OUTLINES: usize, const CROSSINGS: usize>(
+        settings: Settings,
+        storage: &'s mut Storage<WIDTH, OUTLINES, CROSSINGS>,
+    ) -> Self {
+        Self { scanner: Scanner::new(storage.buffers()), settings }
+    }
+
+    /// What it looks for.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Looks for something else from the next frame on.
+    pub fn set_settings(&mut self, settings: Settings) {
+        self.settings = settings;
+    }
+
+    /// Starts a frame; whatever was left of the one before is forgotten.
+    ///
+    /// # Errors
+    /// [`FrameError`] for a size outside the limits or wider than the storage.
+    pub fn begin(&mut self, width: u16, height: u16) -> Result<Scan<'_, 's, ()>, FrameError> {
+        self.begin_observed(width, height, ())
+    }
+
+    /// The same; `observer` is told of every rejected candidate.
+    ///
+    /// # Errors
+    /// As [`begin`](Self::begin).
+    pub fn begin_observed<O: Observer>(
+        &mut self,
+        width: u16,
+        height: u16,
+        observer: O,
+    ) -> Result<Scan<'_, 's, O>, FrameError> {
+        let capacity = self.scanner.capacity().min(usize::from(MAX_WIDTH)) as u16;
+        if width < MIN_SIZE || width > capacity {
+            return Err(FrameError::Width { given: width, max: capacity });
+        }
+        if !(MIN_SIZE..=MAX_HEIGHT).contains(&height) {
+            return Err(FrameError::Height { given: height });
+        }
+        self.scanner.begin(width, height);
+        let summary = Summary { width, height, ..Summary::default() };
+        Ok(Scan { detector: self, waiting: Waiting::EMPTY, summary, observer })
+    }
+
+    /// Finds the targets of an image in memory. The rest of the image is not looked at if the iterator is dropped early.
+    ///
+    /// # Errors
+    /// As [`begin`](Self::begin).
+    pub fn detect<'d, 'i>(&'d mut self, image: &Image<'i>) -> Result<Detection<'d, 's, 'i>, FrameError> {
+        let scan = self.begin(image.width, image.height)?;
+        Ok(Detection { scan, rows: image.pixels.chunks_exact(usize::from(image.width)) })
+    }
+}
+
+/// A frame under way.
+#[derive(Debug)]
+pub struct Scan<'d, 's, O: Observer = ()> {
+    detector: &'d mut Detector<'s>,
+    waiting: Waiting,
+    summary: Summary,
+    observer: O,
+}
+
+impl<'d, 's, O: Observer> Scan<'d, 's, O> {
+    /// Takes the next row, top down: one byte for each pixel. The iterator measures and gives the targets that are complete;
+    /// those that are not taken from it come with the next row.
+    ///
+    /// # Errors
+    /// [`RowError`]; the row is then ignored and the frame can go on.
+    pub fn push_row(&mut self, row: &[u8]) -> Result<Targets<'_, 'd, 's, O>, RowError> {
+        let Summary { width, height, .. } = self.summary;
+        if row.len() != usize::from(width) {
+            return Err(RowError::Length { given: row.len(), width });
+        }
+        if self.detector.scanner.pushed() >= height {
+            return Err(RowError::TooMany { height });
+        }
+        self.detector.scanner.push_row(row);
+        self.take_closed();
+        Ok(Targets { scan: self })
+    }
+
+    /// Ends the frame. The result gives the last targets and the summary.
+    ///
+    /// # Errors
+    /// [`FrameError::TooFewRows`]: the targets given so far are right, what follows is lost.
+    pub fn finish(mut self) -> Result<Rest<'d, 's, O>, FrameError> {
+        let (given, height) = (self.detector.scanner.pushed(), self.summary.height);
+        if given < height {
+            return Err(FrameError::TooFewRows { given, height });
+        }
+        self.detector.scanner.finish();
+        self.take_closed();
+        Ok(Rest { scan: self })
+    }
+
+    /// Sorts the outlines that have closed.
+    fn take_closed(&mut self) {
+        while let Some(label) = self.detector.scanner.outlines.take_closed() {
+            if let Err(cause) = self.waiting.add(label, &mut self.detector.scanner) {
+                self.reject(label, cause);
+                self.free(label);
+            }
+        }
+    }
+
+    fn next_target(&mut self, rows: u16) -> Option<Target> {
+        loop {
+            let head = self.waiting.take_ready(rows, &mut self.detector.scanner.outlines)?;
+            let measured = measure(head, &mut self.detector.scanner, &self.detector.settings);
+            if let Err(cause) = measured {
+                self.reject(head, cause);
+            }
+            self.free(head);
+            if let Ok(target) = measured {
+                self.summary.targets = self.summary.targets.saturating_add(1);
+                return Some(target);
+            }
+        }
+    }
+
+    fn reject(&mut self, label: u16, cause: Reject) {
+        self.summary.rejected.add(cause);
+        if let Some(outline) = self.detector.scanner.outlines.get(label) {
+            let (x, y) = candidate::origin(outline);
+            self.observer.rejected(&Rejected {
+                cause,
+                centre: Position::from_origin(i32::from(x), i32::from(y), 0.0, 0.0),
+                width: outline.width(),
+                height: outline.height(),
+            });
+        }
+    }
+
+    /// Gives back an outline and those inside it.
+    fn free(&mut self, mut label: u16) {
+        let Scanner { outlines, pool, .. } = &mut self.detector.scanner;
+        while let Some(outline) = outlines.get_mut(label) {
+            pool.free(&mut outline.crossings);
+            let inner = core::mem::replace(&mut outline.inner, NONE);
+            outlines.free(label);
+            label = inner;
+        }
+    }
+}
+
+/// The targets that a row has completed.
+#[derive(Debug)]
+pub struct Targets<'a, 'd, 's, O: Observer = ()> {
+    scan: &'a mut Scan<'d, 's, O>,
+}
+
+impl<O: Observer> Iterator for Targets<'_, '_, '_, O> {
+    type Item = Target;
+
+    fn next(&mut self) -> Option<Target> {
+        let rows = self.scan.detector.scanner.linked;
+        self.scan.next_target(rows)
+    }
+}
+
+/// The last targets of a frame.
+#[derive(Debug)]
+pub struct Rest<'d, 's, O: Observer = ()> {
+    scan: Scan<'d, 's, O>,
+}
+
+impl<O: Observer> Iterator for Rest<'_, '_, O> {
+    type Item = Target;
+
+    fn next(&mut self) -> Option<Target> {
+        self.scan.next_target(u16::MAX)
+    }
+}
+
+impl<O: Observer> Rest<'_, '_, O> {
+    /// What the frame came to. Targets that were not taken from the iterator are measured and counted, but lost.
+    pub fn summary(mut self) -> Summary {
+        while self.next().is_some() {}
+        Summary { dropped: self.scan.detector.scanner.dropped, ..self.scan.summary }
+    }
+}
+
+/// A grey image in memory, row by row without gaps.
+#[derive(Clone, Copy, Debug)]
+pub struct Image<'i> {
+    pixels: &'i [u8],
+    width: u16,
+    height: u16,
+}
+
+impl<'i> Image<'i> {
+    /// # Errors
+    /// [`FrameError::Pixels`] unless there are `width * height` pixels.
+    pub const fn new(pixels: &'i [u8], width: u16, height: u16) -> Result<Self, FrameError> {
+        if pixels.len() != width as usize * height as usize {
+            return Err(FrameError::Pixels { given: pixels.len(), width, height });
+        }
+        Ok(Self { pixels, width, height })
+    }
+}
+
+/// The targets of an image in memory.
+#[derive(Debug)]
+pub struct Detection<'d, 's, 'i> {
+    scan: Scan<'d, 's>,
+    rows: core::slice::ChunksExact<'i, u8>,
+}
+
+impl Iterator for Detection<'_, '_, '_> {
+    type Item = Target;
+
+    fn next(&mut self) -> Option<Target> {
+        loop {
+            let scanner = &self.scan.detector.scanner;
+            let rows = if scanner.linked > scanner.height() { u16::MAX } else { scanner.linked };
+            if let Some(target) = self.scan.next_target(rows) {
+                return Some(target);
+            }
+            if rows == u16::MAX {
+                return None;
+            }
+            match self.rows.next() {
+                Some(row) => self.scan.detector.scanner.push_row(row),
+                None => self.scan.detector.scanner.finish(),
+            }
+            self.scan.take_closed();
+        }
+    }
+}
+
+impl Detection<'_, '_, '_> {
+    /// What the image came to; what was not looked at yet is looked at first.
+    pub fn summary(mut self) -> Summary {
+        while self.next().is_some() {}
+        Summary { dropped: self.scan.detector.scanner.dropped, ..self.scan.summary }
+    }
+}
+
+/// A frame that cannot be processed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum FrameError {
+    /// Width outside the limits of the library or the storage.
+    Width {
+        /// Width given, px.
+        given: u16,
+        /// Largest width that fits, px.
+        max: u16,
+    },
+    /// Height outside the limits.
+    Height {
+        /// Height given, px.
+        given: u16,
+    },
+    /// The frame was ended before its last row.
+    TooFewRows {
+        /// Rows given.
+        given: u16,
+        /// Rows announced.
+        height: u16,
+    },
+    /// The number of pixels is not that of the size.
+    Pixels {
+        /// Pixels given.
+        given: usize,
+        /// Width, px.
+        width: u16,
+        /// Height, px.
+        height: u16,
+    },
+}
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Width { given, max } => {
+                write!(f, "frame width of {given} px is outside {MIN_SIZE}..={max}")
+            }
+            Self::Height { given } => {
+                write!(f, "frame height of {given} px is outside {MIN_SIZE}..={MAX_HEIGHT}")
+            }
+            Self::TooFewRows { given, height } => {
+                write!(f, "frame ended after {given} of {height} rows")
+            }
+            Self::Pixels { given, width, height } => {
+                write!(f, "{given} pixels given for a frame of {width} x {height}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for FrameError {}
+
+/// A row that cannot be taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum RowError {
+    /// Not as long as the frame is wide.
+    Length {
+        /// Pixels given.
+        given: usize,
+        /// Width of the frame, px.
+        width: u16,
+    },
+    /// The frame has all its rows.
+    TooMany {
+        /// Height of the frame, px.
+        height: u16,
+    },
+}
+
+impl fmt::Display for RowError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Length { given, width } => {
+                write!(f, "row of {given} pixels in a frame that is {width} px wide")
+            }
+            Self::TooMany { height } => write!(f, "row after the last of {height}"),
+        }
+    }
+}
+
+impl core::error::Error for RowError {}

@@ -1,0 +1,134 @@
+//! The levels of a target: one dark and one bright level under one plane of illumination.
+
+use super::{Edges, Local, normal};
+use crate::fit::{Factor, Matrix};
+use crate::scan::Pool;
+
+/// Passes over the samples; outliers are left out in the last.
+const PASSES: usize = 3;
+/// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
+const OUTLIER: f32 = 0.25;
+/// Lightness that the levels of an edge are expected to have at the far samples before the near ones are asked.
+const CLEAR: f32 = 0.5;
+
+/// Dark and bright level at the origin; the level at (x, y) px from it is that times 1 + gx x + gy y.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Levels {
+    pub dark: f32,
+    pub bright: f32,
+    pub gx: f32,
+    pub gy: f32,
+    /// More than one far sample in ten at the end of the grey scale.
+    pub clipped: bool,
+}
+
+impl Levels {
+    /// Levels by least squares over samples of every edge, each with the lightness that the ellipses and a blur of
+    /// `sigma` px give it. Shading is multiplicative, so the plane's slope is proportional to the level.
+    pub fn measure(edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32) -> Option<Self> {
+        // With both levels 1 the first pass takes the plane as additive.
+        let mut levels = Self { dark: 1.0, bright: 1.0, gx: 0.0, gy: 0.0, clipped: false };
+        for pass in 0..PASSES {
+            levels = levels.refine(edges, pool, sigma, pass + 1 == PASSES)?;
+        }
+        Some(levels)
+    }
+
+    /// Bright minus dark at the origin, grey levels.
+    pub fn contrast(&self) -> f32 {
+        self.bright - self.dark
+    }
+
+    /// Lightness, 0 dark to 1 bright, of `level` at `(x, y)` px from the origin.
+    pub fn lightness(&self, level: f32, (x, y): (f32, f32)) -> f32 {
+        (level / (1.0 + self.gx * x + self.gy * y) - self.dark) / self.contrast()
+    }
+
+    fn refine(&self, edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32, robust: bool) -> Option<Self> {
+        let mut normals = Normals::default();
+        // Coordinates in units of the target's size keep the system well scaled.
+        let size = edges.edges.first().map(|outer| outer.shape.semi_axes().0)?;
+        for (k, edge) in edges.edges.iter().enumerate() {
+            for crossing in pool.iter(edge.crossings).step_by(edge.stride()) {
+                let Some(local) = edges.local(k, crossing) else { continue };
+                let [near_dark, _, _, near_light] = local.near(crossing);
+                let [far_dark, far_light] = local.far(crossing);
+                for (far, near) in [(far_dark, near_dark), (far_light, near_light)] {
+                    let sample = Sample::new(&local, far, sigma);
+                    normals.count_clipped(far.1);
+                    let sample =
+                        if sample.weight > CLEAR { sample } else { Sample::new(&local, near, sigma) };
+                    let expected = self.level(&sample);
+                    if !robust || (sample.level - expected).abs() < OUTLIER * self.contrast() {
+                        normals.add(&sample, self.mixed(sample.lightness), size);
+                    }
+                }
+            }
+        }
+        normals.solve(size)
+    }
+
+    fn mixed(&self, lightness: f32) -> f32 {
+        self.dark + (self.bright - self.dark) * lightness
+    }
+
+    fn level(&self, sample: &Sample) -> f32 {
+        self.mixed(sample.lightness) * (1.0 + self.gx * sample.x + self.gy * sample.y)
+    }
+}
+
+/// A grey level with the lightness that it should have.
+struct Sample {
+    x: f32,
+    y: f32,
+    level: f32,
+    lightness: f32,
+    /// 1 where the area is flat, falling towards the middle of an edge.
+    weight: f32,
+}
+
+impl Sample {
+    fn new(local: &Local, (place, level): (f32, f32), sigma: f32) -> Self {
+        let sigma = sigma / local.along;
+        let lightness = normal((place - local.offset) / sigma).0 + local.neighbours(place, sigma);
+        let flat = 1.0 - 2.0 * lightness.min(1.0 - lightness).max(0.0);
+        let (x, y) = local.point(place);
+        Self { x, y, level, lightness, weight: flat * flat * flat * flat }
+    }
+}
+
+/// Normal equations for dark, bright and the two slopes.
+#[derive(Default)]
+struct Normals {
+    m: Matrix<4>,
+    right: [f32; 4],
+    samples: u16,
+    clipped: u16,
+}
+
+impl Normals {
+    fn count_clipped(&mut self, level: f32) {
+        self.samples = self.samples.saturating_add(1);
+        if level <= 0.0 || level >= 255.0 {
+            self.clipped = self.clipped.saturating_add(1);
+        }
+    }
+
+    fn add(&mut self, sample: &Sample, mixed: f32, size: f32) {
+        let terms =
+            [1.0 - sample.lightness, sample.lightness, mixed * sample.x / size, mixed * sample.y / size];
+        for i in 0..4 {
+            let weighted = sample.weight * terms[i];
+            for j in 0..=i {
+                self.m[i][j] += weighted * terms[j];
+            }
+            self.right[i] += weighted * sample.level;
+        }
+    }
+
+    fn solve(&self, size: f32) -> Option<Levels> {
+        let [dark, bright, gx, gy] = Factor::new(&self.m)?.solve(self.right);
+        let clipped = self.clipped > self.samples / 10;
+        Some(Levels { dark, bright, gx: gx / size, gy: gy / size, clipped })
+    }
+}

@@ -1,0 +1,113 @@
+//! Where the edge passes on the axis of a crossing, and how blurred the edges are.
+
+use super::{Edges, Levels, Local, normal};
+use crate::scan::Pool;
+
+/// Gauss-Newton steps for an edge point; from linear interpolation the second is below 1e-3 px.
+const STEPS: usize = 2;
+/// Passes over the samples for the blur.
+const BLUR_PASSES: usize = 5;
+/// First guess of the blur, px: a sharp lens and the pixel's own box.
+const BLUR_START: f32 = 0.8;
+/// The blur is kept in this range, px.
+const BLUR_RANGE: (f32, f32) = (0.29, 6.0);
+/// Largest change of the blur in a pass, and of an edge point in a step, relative and px.
+const MAX_CHANGE: f32 = 0.5;
+/// Slope of the edge profile below which four samples hold no edge.
+const MIN_SLOPE: f32 = 1e-3;
+
+/// Standard deviation of the edges' profile, px: the one with which the profile fits best at a sample of crossings of
+/// every edge, with each edge in its best place.
+pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) -> f32 {
+    let mut sigma = BLUR_START;
+    for _ in 0..BLUR_PASSES {
+        let (mut slope, mut square) = (0.0, 0.0);
+        for (k, edge) in edges.edges.iter().enumerate() {
+            for crossing in pool.iter(edge.crossings).step_by(edge.stride()) {
+                let Some(local) = edges.local(k, crossing) else { continue };
+                let profile = Profile::new(&local, local.near(crossing), levels, sigma);
+                if let Some(place) = profile.place() {
+                    let (s, q) = profile.blur_slope(place);
+                    slope += s;
+                    square += q;
+                }
+            }
+        }
+        if square > 0.0 {
+            sigma *= 1.0 + (slope / square).clamp(-MAX_CHANGE, MAX_CHANGE);
+        }
+        sigma = sigma.clamp(BLUR_RANGE.0, BLUR_RANGE.1);
+    }
+    sigma
+}
+
+/// Places an edge point at every crossing of edge `k`.
+pub(crate) fn place(edges: &Edges<'_>, k: usize, pool: &mut Pool<'_>, levels: &Levels, sigma: f32) {
+    let Some(edge) = edges.edges.get(k) else { return };
+    pool.for_each_mut(edge.crossings, |crossing| {
+        let offset = edges.local(k, crossing).and_then(|local| {
+            let place = Profile::new(&local, local.near(crossing), levels, sigma).place()?;
+            Some(crate::math::round(256.0 * place * local.towards_light()) as i16)
+        });
+        crossing.place(offset);
+    });
+}
+
+/// Four samples across an edge, as lightness less what the neighbouring edges add.
+struct Profile {
+    /// Places on the axis, towards light, px.
+    places: [f32; 4],
+    lightness: [f32; 4],
+    /// 1 / (blur along the axis).
+    k: f32,
+}
+
+impl Profile {
+    fn new(local: &Local, samples: [(f32, f32); 4], levels: &Levels, sigma: f32) -> Self {
+        let along = sigma / local.along;
+        let lightness = samples.map(|(place, level)| {
+            levels.lightness(level, local.point(place)) - local.neighbours(place, along)
+        });
+        Self { places: samples.map(|(place, _)| place), lightness, k: 1.0 / along }
+    }
+
+    /// The place of the edge with the least sum of squares: a matched filter, iterated from linear interpolation
+    /// between the two samples about half lightness. `None` if these samples hold no edge.
+    fn place(&self) -> Option<f32> {
+        let [p0, ..] = self.places;
+        let [l0, l1, l2, l3] = self.lightness;
+        let pairs = [(1.0, l1, l2), (0.0, l0, l1), (2.0, l2, l3)];
+        let &(before, low, high) = pairs.iter().find(|(_, low, high)| *low < 0.5 && *high >= 0.5)?;
+        let mut place = p0 + before + (0.5 - low) / (high - low);
+        for _ in 0..STEPS {
+            let (mut slope, mut square) = (0.0, 0.0);
+            for (x, lightness) in self.places.iter().zip(self.lightness) {
+                let (share, density) = normal((x - place) * self.k);
+                slope += density * (share - lightness);
+                square += density * density;
+            }
+            if square < MIN_SLOPE {
+                return None;
+            }
+            place += (slope / (square * self.k)).clamp(-MAX_CHANGE, MAX_CHANGE);
+        }
+        (place > p0 && place < p0 + 3.0).then_some(place)
+    }
+
+    /// Normal equation of the relative change of the blur, with the place free: `(right-hand side, square)`.
+    fn blur_slope(&self, place: f32) -> (f32, f32) {
+        let at = self.places.map(|x| {
+            let z = (x - place) * self.k;
+            let (share, density) = normal(z);
+            (z, share, density)
+        });
+        let (cross, square) = at.iter().fold((0.0, 0.0), |(cross, square), (z, _, density)| {
+            (cross + z * density * density, square + density * density)
+        });
+        let mean = cross / square.max(MIN_SLOPE);
+        at.iter().zip(self.lightness).fold((0.0, 0.0), |(slope, square), ((z, share, density), lightness)| {
+            let derivative = (mean - z) * density;
+            (slope + derivative * (lightness - share), square + derivative * derivative)
+        })
+    }
+}

@@ -1,0 +1,208 @@
+//! One reweighted Gauss-Newton step on a fitted ellipse.
+//!
+//! In the frame where the ellipse is the unit circle, q = L (p - c) with A = L' L, the conic is |q|^2 - 1 plus five
+//! small terms. Each point counts with the inverse square of the conic's gradient *in the image*, so that the sum is
+//! that of squared distances in px (Sampson 1982, "Fitting conic sections to very scattered data", eq. 4); the normal
+//! matrix is then the inverse covariance of the five terms for a unit variance of the edge.
+
+use super::shape::{Frame, Shape};
+use super::solve::{Factor, Matrix};
+use crate::math;
+use crate::target::Covariance;
+
+/// Normal equations of the step, point by point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Adjustment {
+    shape: Shape,
+    frame: Frame,
+    m: Matrix<5>,
+    right: [f32; 5],
+    /// Sum of squared distances, px^2.
+    squares: f32,
+    points: u16,
+}
+
+/// What an [`Adjustment`] gives.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Adjusted {
+    pub shape: Shape,
+    /// Covariance of its centre, px^2.
+    pub covariance: Covariance,
+    /// RMS distance of the points, px.
+    pub rms: f32,
+    pub points: u16,
+}
+
+impl Adjustment {
+    /// `None` if `shape` is no ellipse.
+    pub fn new(shape: Shape) -> Option<Self> {
+        let frame = Frame::new(&shape)?;
+        Some(Self { shape, frame, m: [[0.0; 5]; 5], right: [0.0; 5], squares: 0.0, points: 0 })
+    }
+
+    /// Distance of the point `(x, y)` px from the ellipse, px, to first order; positive outside.
+    pub fn distance(&self, x: f32, y: f32) -> f32 {
+        let (u, v) = self.in_circle(x, y);
+        0.5 * (u * u + v * v - 1.0) / math::sqrt(self.gradient_square(u, v))
+    }
+
+    /// Adds the point `(x, y)` px.
+    pub fn add(&mut self, x: f32, y: f32) {
+        let (u, v) = self.in_circle(x, y);
+        let (uu, vv) = (u * u, v * v);
+        let residual = uu + vv - 1.0;
+        // The conic's gradient is twice this one, the residual twice the relative distance.
+        let weight = 0.25 / self.gradient_square(u, v);
+        let terms = [uu - vv, 2.0 * u * v, uu + vv, u, v];
+        for i in 0..5 {
+            let weighted = weight * terms[i];
+            for j in 0..=i {
+                self.m[i][j] += weighted * terms[j];
+            }
+            self.right[i] -= weighted * residual;
+        }
+        self.squares += weight * residual * residual;
+        self.points = self.points.saturating_add(1);
+    }
+
+    /// Takes the step. `None` if the points do not determine it.
+    pub fn finish(&self) -> Option<Adjusted> {
+        let factor = Factor::new(&self.m)?;
+        let step = factor.solve(self.right);
+        let gain: f32 = step.iter().zip(&self.right).fold(0.0, |sum, (s, r)| sum + s * r);
+        let squares = (self.squares - gain).max(0.0);
+        let free = self.points.checked_sub(5).filter(|&free| free > 0)?;
+        let variance = squares / f32::from(free);
+        Some(Adjusted {
+            shape: self.moved(&step)?,
+            covariance: self.centre_covariance(&factor, variance),
+            rms: math::sqrt(squares / f32::from(self.points)),
+            points: self.points,
+        })
+    }
+
+    /// The point in the frame where the ellipse is the unit circle.
+    pub fn in_circle(&self, x: f32, y: f32) -> (f32, f32) {
+        self.frame.vector(x - self.shape.cx, y - self.shape.cy)
+    }
+
+    /// Squared length of L' q.
+    fn gradient_square(&self, u: f32, v: f32) -> f32 {
+        let gx = self.frame.l0 * u;
+        let gy = self.frame.l1 * u + self.frame.l2 * v;
+        gx * gx + gy * gy
+    }
+
+    /// The ellipse after adding `step` to the conic.
+    fn moved(&self, &[a, b, c, d, e]: &[f32; 5]) -> Option<Shape> {
+        let (kxx, kxy, kyy) = (1.0 + c + a, b, 1.0 + c - a);
+        let det = kxx * kyy - kxy * kxy;
+        if !(det > 0.0) {
+            return None;
+        }
+        let u = 0.5 * (kxy * e - kyy * d) / det;
+        let v = 0.5 * (kxy * d - kxx * e) / det;
+        let level = 1.0 - 0.5 * (d * u + e * v);
+        let Frame { l0, l1, l2 } = self.frame;
+        let dy = v / l2;
+        let dx = (u - l1 * dy) / l0;
+        (level > 0.0).then(|| Shape {
+            cx: self.shape.cx + dx,
+            cy: self.shape.cy + dy,
+            axx: l0 * l0 * kxx / level,
+            axy: l0 * (l1 * kxx + l2 * kxy) / level,
+            ayy: (l1 * l1 * kxx + 2.0 * l1 * l2 * kxy + l2 * l2 * kyy) / level,
+        })
+    }
+
+    /// The centre moves by minus half the last two terms, in the circle's frame.
+    fn centre_covariance(&self, factor: &Factor<5>, variance: f32) -> Covariance {
+        let column = |k: usize| {
+            let mut unit = [0.0; 5];
+            unit[k] = 0.25 * variance;
+            factor.solve(unit)
+        };
+        let [_, _, _, uu, uv] = column(3);
+        let [_, _, _, _, vv] = column(4);
+        let Frame { l0, l1, l2 } = self.frame;
+        // p = L^-1 q: y = v / l2, x = (u - l1 y) / l0.
+        let k = l1 / (l0 * l2);
+        Covariance {
+            xx: uu / (l0 * l0) - 2.0 * k * uv / l0 + k * k * vv,
+            xy: (uv / l0 - k * vv) / l2,
+            yy: vv / (l2 * l2),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::vec::Vec;
+
+    fn shape(a: f32, b: f32, theta: f32) -> Shape {
+        let (s, c) = (libm::sinf(theta), libm::cosf(theta));
+        let (p, q) = (0.25 * a * a, 0.25 * b * b);
+        Shape::from_moments(0.3, -0.4, p * c * c + q * s * s, (p - q) * s * c, p * s * s + q * c * c).unwrap()
+    }
+
+    /// Points of the ellipse of `shape(a, b, theta)`, displaced along the normal by `noise(i)` px.
+    fn points(a: f32, b: f32, theta: f32, n: usize, noise: impl Fn(usize) -> f32) -> Vec<(f32, f32)> {
+        let (s, c) = (libm::sinf(theta), libm::cosf(theta));
+        (0..n)
+            .map(|i| {
+                let (sin, cos) = libm::sincosf(i as f32 / n as f32 * core::f32::consts::TAU);
+                let (nx, ny) = (cos / a, sin / b);
+                let k = noise(i) / libm::sqrtf(nx * nx + ny * ny);
+                let (u, v) = (a * cos + k * nx, b * sin + k * ny);
+                (0.3 + u * c - v * s, -0.4 + u * s + v * c)
+            })
+            .collect()
+    }
+
+    fn adjust(start: Shape, points: &[(f32, f32)]) -> Adjusted {
+        let mut adjustment = Adjustment::new(start).unwrap();
+        points.iter().for_each(|&(x, y)| adjustment.add(x, y));
+        adjustment.finish().unwrap()
+    }
+
+    #[test]
+    fn corrects_a_displaced_start() {
+        let start = Shape { cx: 0.35, cy: -0.43, ..shape(30.05, 17.95, 0.701) };
+        let adjusted = adjust(start, &points(30.0, 18.0, 0.7, 250, |_| 0.0));
+        let (a, b) = adjusted.shape.semi_axes();
+        for (got, want) in [(adjusted.shape.cx, 0.3), (adjusted.shape.cy, -0.4), (a, 30.0), (b, 18.0)] {
+            assert!((got - want).abs() < 4e-4, "{got} for {want}");
+        }
+        assert!(adjusted.rms < 2e-3, "{}", adjusted.rms);
+    }
+
+    /// Many noisy trials: the reported covariance is that of the centres.
+    #[test]
+    fn covariance_is_that_of_the_centres() {
+        let mut state = 1u32;
+        let mut uniform = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1u32 << 24) as f32 - 0.5
+        };
+        let (mut sum, mut reported) = ([0.0f64; 3], [0.0f64; 3]);
+        let trials = 2000;
+        for _ in 0..trials {
+            // Sum of twelve uniforms: variance 1.
+            let noise: Vec<f32> = (0..120).map(|_| 0.02 * (0..12).map(|_| uniform()).sum::<f32>()).collect();
+            let adjusted = adjust(shape(30.0, 12.0, 0.5), &points(30.0, 12.0, 0.5, 120, |i| noise[i]));
+            let (dx, dy) = (f64::from(adjusted.shape.cx) - 0.3, f64::from(adjusted.shape.cy) + 0.4);
+            let c = adjusted.covariance;
+            for ((s, r), (d, c)) in
+                sum.iter_mut().zip(&mut reported).zip([(dx * dx, c.xx), (dx * dy, c.xy), (dy * dy, c.yy)])
+            {
+                *s += d / f64::from(trials);
+                *r += f64::from(c) / f64::from(trials);
+            }
+        }
+        for (actual, reported) in sum.iter().zip(reported) {
+            assert!((actual / reported - 1.0).abs() < 0.1, "{sum:?} {reported:?}");
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! Edge points -> ellipse.
+//!
+//! 1. [`Sums`]: exact integer sums of the edge points' monomials about the target's integer origin.
+//! 2. [`Sums::fit`]: trace-constrained algebraic fit, a 5 x 5 linear system in f32.
+//! 3. [`Adjustment`]: one reweighted Gauss-Newton step in the frame where that ellipse is the unit circle. It puts
+//!    geometric instead of algebraic weights on the points and gives residual and covariance.
+
+mod adjust;
+mod shape;
+mod solve;
+mod sums;
+
+pub(crate) use adjust::{Adjusted, Adjustment};
+pub(crate) use shape::{Frame, Shape};
+pub(crate) use solve::{Factor, Matrix};
+pub(crate) use sums::Sums;

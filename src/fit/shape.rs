@@ -1,0 +1,112 @@
+//! An ellipse as the library calculates with it.
+
+use crate::math;
+use crate::target::{Ellipse, Position};
+
+/// The ellipse (p - c)' A (p - c) = 1, about an integer origin that its user knows. Lengths in px.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Shape {
+    pub cx: f32,
+    pub cy: f32,
+    pub axx: f32,
+    pub axy: f32,
+    pub ayy: f32,
+}
+
+impl Shape {
+    /// The ellipse whose filled area has this centroid and these central second moments for each unit of area.
+    pub fn from_moments(cx: f32, cy: f32, mxx: f32, mxy: f32, myy: f32) -> Option<Self> {
+        let det = mxx * myy - mxy * mxy;
+        if !(det > 0.0) {
+            return None;
+        }
+        let scale = 0.25 / det;
+        Some(Self { cx, cy, axx: myy * scale, axy: -mxy * scale, ayy: mxx * scale })
+    }
+
+    /// det A = 1 / (a b)^2.
+    pub fn det(&self) -> f32 {
+        self.axx * self.ayy - self.axy * self.axy
+    }
+
+    /// d' A d.
+    pub fn square(&self, dx: f32, dy: f32) -> f32 {
+        dx * (self.axx * dx + self.axy * dy) + dy * (self.axy * dx + self.ayy * dy)
+    }
+
+    /// Where `(x, y)` lies: outward unit normal and signed distance, px, positive outside. Exact on a circle and near
+    /// the ellipse. `None` at the centre.
+    pub fn locate(&self, x: f32, y: f32) -> Option<Located> {
+        let (dx, dy) = (x - self.cx, y - self.cy);
+        let gx = self.axx * dx + self.axy * dy;
+        let gy = self.axy * dx + self.ayy * dy;
+        let radius = math::sqrt(dx * gx + dy * gy);
+        let norm = math::sqrt(gx * gx + gy * gy);
+        (norm > 0.0).then(|| {
+            let scale = 1.0 / norm;
+            Located { nx: gx * scale, ny: gy * scale, distance: (radius - 1.0) * radius * scale }
+        })
+    }
+
+    /// Semi-axes, px, major first.
+    pub fn semi_axes(&self) -> (f32, f32) {
+        let mean = 0.5 * (self.axx + self.ayy);
+        let half = 0.5 * (self.axx - self.ayy);
+        let large = mean + math::sqrt(half * half + self.axy * self.axy);
+        // det / large keeps its digits where the difference would lose them.
+        let small = self.det() / large;
+        (1.0 / math::sqrt(small), 1.0 / math::sqrt(large))
+    }
+
+    /// The same about `(x, y)` px as origin instead.
+    pub fn about(&self, x: f32, y: f32) -> Self {
+        Self { cx: self.cx - x, cy: self.cy - y, ..*self }
+    }
+
+    /// For the report; `(x, y)` is the origin's pixel.
+    pub fn to_ellipse(self, x: i32, y: i32) -> Ellipse {
+        let (a, b) = self.semi_axes();
+        let theta = 0.5 * math::atan2(-2.0 * self.axy, self.ayy - self.axx);
+        Ellipse { centre: Position::from_origin(x, y, self.cx, self.cy), a, b, theta }
+    }
+}
+
+/// The frame in which an ellipse is the unit circle: q = L (p - c) with A = L' L, L upper triangular.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    pub l0: f32,
+    pub l1: f32,
+    pub l2: f32,
+}
+
+impl Frame {
+    /// `None` if `shape` is no ellipse.
+    pub fn new(shape: &Shape) -> Option<Self> {
+        let l0 = math::sqrt(shape.axx);
+        let l1 = shape.axy / l0;
+        let l2 = math::sqrt(shape.ayy - l1 * l1);
+        (l0 > 0.0 && l2 > 0.0).then_some(Self { l0, l1, l2 })
+    }
+
+    /// A difference of places.
+    pub fn vector(&self, dx: f32, dy: f32) -> (f32, f32) {
+        (self.l0 * dx + self.l1 * dy, self.l2 * dy)
+    }
+
+    /// The matrix (xx, xy, yy) of an ellipse: L'^-1 A L^-1.
+    pub fn matrix(&self, shape: &Shape) -> (f32, f32, f32) {
+        let Self { l0, l1, l2 } = *self;
+        let xx = shape.axx / (l0 * l0);
+        let xy = (shape.axy - l1 * l0 * xx) / (l0 * l2);
+        let yy = (shape.ayy - 2.0 * l1 * l2 * xy - l1 * l1 * xx) / (l2 * l2);
+        (xx, xy, yy)
+    }
+}
+
+/// Result of [`Shape::locate`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Located {
+    pub nx: f32,
+    pub ny: f32,
+    pub distance: f32,
+}

@@ -1,0 +1,82 @@
+//! Small symmetric linear systems.
+
+/// Symmetric matrix; only the lower triangle (column <= row) is read.
+pub(crate) type Matrix<const N: usize> = [[f32; N]; N];
+
+/// L D L^T of a symmetric positive definite matrix.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Factor<const N: usize> {
+    /// Unit lower triangle.
+    l: Matrix<N>,
+    d: [f32; N],
+}
+
+impl<const N: usize> Factor<N> {
+    /// `None` if the matrix is not positive definite to the precision of f32.
+    pub fn new(m: &Matrix<N>) -> Option<Self> {
+        let mut l = [[0.0; N]; N];
+        let mut d = [0.0; N];
+        for j in 0..N {
+            let mut pivot = m[j][j];
+            for k in 0..j {
+                pivot -= l[j][k] * l[j][k] * d[k];
+            }
+            // Also refuses NaN. What is left of the diagonal after cancellation must be more than rounding.
+            if !(pivot > m[j][j] * 4.0 * f32::EPSILON) {
+                return None;
+            }
+            d[j] = pivot;
+            l[j][j] = 1.0;
+            for i in j + 1..N {
+                let mut sum = m[i][j];
+                for k in 0..j {
+                    sum -= l[i][k] * l[j][k] * d[k];
+                }
+                l[i][j] = sum / pivot;
+            }
+        }
+        Some(Self { l, d })
+    }
+
+    /// The solution of the system with this right-hand side.
+    pub fn solve(&self, mut b: [f32; N]) -> [f32; N] {
+        for i in 0..N {
+            for k in 0..i {
+                b[i] -= self.l[i][k] * b[k];
+            }
+        }
+        for i in 0..N {
+            b[i] /= self.d[i];
+        }
+        for i in (0..N).rev() {
+            for k in i + 1..N {
+                b[i] -= self.l[k][i] * b[k];
+            }
+        }
+        b
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solves_what_it_was_made_of() {
+        let m: Matrix<3> = [[4.0, 0.0, 0.0], [2.0, 5.0, 0.0], [0.5, 1.0, 3.0]];
+        let x = [1.0, -2.0, 0.5];
+        let full = |i: usize, j: usize| if i >= j { m[i][j] } else { m[j][i] };
+        let b = core::array::from_fn(|i| (0..3).map(|j| full(i, j) * x[j]).sum());
+        let solved = Factor::new(&m).unwrap().solve(b);
+        for (a, b) in solved.iter().zip(x) {
+            assert!((a - b).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn refuses_singular_and_nan() {
+        assert!(Factor::new(&[[1.0, 0.0], [1.0, 1.0]]).is_none());
+        assert!(Factor::new(&[[f32::NAN, 0.0], [1.0, 1.0]]).is_none());
+        assert!(Factor::new(&[[0.0f32]]).is_none());
+    }
+}

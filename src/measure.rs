@@ -1,0 +1,359 @@
+//! A candidate, a chain of concentric outlines, to a target: the order of the stages from edge points to the centre.
+
+use crate::candidate;
+use crate::centre::{Pencil, perspective, weights};
+use crate::edge::{self, Edge, Edges, Levels};
+use crate::fit::{Adjusted, Adjustment, Frame, Shape, Sums};
+use crate::math;
+use crate::reject::Reject;
+use crate::scan::{Axis, Crossing, Pool, Scanner};
+use crate::settings::{Compensation, Polarity, Settings, limits};
+use crate::target::{Circle, Covariance, Flags, MAX_CIRCLES, Position, Target};
+use heapless::Vec;
+
+/// First guess of the blur, px, for the first look at the levels.
+const BLUR_GUESS: f32 = 0.8;
+/// Sectors in which edge points are looked for.
+const SECTORS: u32 = 32;
+
+/// An edge after its fit.
+#[derive(Clone, Copy, Debug)]
+struct Fitted {
+    adjusted: Adjusted,
+    dark_inside: bool,
+    /// Longest run of sectors without an edge point, of 32.
+    gap: u32,
+    /// Radius in units of the outer circle's.
+    ratio: f32,
+}
+
+type FittedList = Vec<Fitted, MAX_CIRCLES>;
+
+/// Measures the target whose outermost outline is `head`.
+pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings) -> Result<Target, Reject> {
+    let origin = scanner.outlines.get(head).map(candidate::origin).ok_or(Reject::BufferFull)?;
+    let edges = collect(head, origin, scanner)?;
+    if edges.len() < 2 {
+        return Err(Reject::Alone);
+    }
+    let edges = Edges { edges: &edges, origin };
+    let pool = &mut scanner.pool;
+    let levels = Levels::measure(&edges, pool, BLUR_GUESS).ok_or(Reject::LowContrast)?;
+    check_contrast(&levels)?;
+    let blur = edge::measure_blur(&edges, pool, &levels);
+    let levels = Levels::measure(&edges, pool, blur).ok_or(Reject::LowContrast)?;
+    check_contrast(&levels)?;
+    let fitted = fit_all(&edges, pool, &levels, blur)?;
+    let circles = choose(&fitted, settings)?;
+    assemble(&circles, settings, &levels, blur, origin)
+}
+
+/// The outlines of the chain as edges about `origin`, outermost first.
+fn collect(head: u16, origin: (u16, u16), scanner: &Scanner<'_>) -> Result<Vec<Edge, MAX_CIRCLES>, Reject> {
+    let mut edges = Vec::new();
+    let mut at = head;
+    while let Some(outline) = scanner.outlines.get(at) {
+        // Further ones in are marks in the middle.
+        if edges.is_full() {
+            break;
+        }
+        let own = candidate::origin(outline);
+        let shift = |own: u16, origin: u16| (i32::from(origin) - i32::from(own)) as f32;
+        let shape = candidate::shape(outline)?.about(shift(own.0, origin.0), shift(own.1, origin.1));
+        let dark_inside = outline.moments.area > 0;
+        let _ = edges.push(Edge { shape, dark_inside, crossings: outline.crossings });
+        at = outline.inner;
+    }
+    Ok(edges)
+}
+
+fn check_contrast(levels: &Levels) -> Result<(), Reject> {
+    // Also refuses NaN.
+    if levels.contrast() >= f32::from(limits::MIN_CONTRAST) { Ok(()) } else { Err(Reject::LowContrast) }
+}
+
+/// Fits every edge. Those that are no ellipse are left out; an error if less than two remain.
+fn fit_all(edges: &Edges<'_>, pool: &mut Pool<'_>, levels: &Levels, blur: f32) -> Result<FittedList, Reject> {
+    let mut fitted = FittedList::new();
+    let mut cause = Reject::Alone;
+    for (k, edge) in edges.edges.iter().enumerate() {
+        edge::place(edges, k, pool, levels, blur);
+        match fit(edge, pool, edges.origin) {
+            Ok(fit) => {
+                let _ = fitted.push(fit);
+            }
+            Err(reject) => cause = reject,
+        }
+    }
+    if fitted.len() < 2 { Err(cause) } else { Ok(fitted) }
+}
+
+/// Fits the ellipse of one edge to its edge points.
+fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fitted, Reject> {
+    let mut sums = Sums::default();
+    let points = || pool.iter(edge.crossings).filter_map(|crossing| edge_point(crossing, origin));
+    points().for_each(|(x, y)| sums.add(x, y));
+    let first = adjust(sums.fit().ok_or(Reject::NotElliptic)?, points(), f32::INFINITY)?.0;
+    let limit = limits::OUTLIER * first.rms.max(1.0 / 256.0);
+    let (adjusted, sectors) = adjust(first.shape, points(), limit)?;
+    let (_, b) = adjusted.shape.semi_axes();
+    let gap = longest_gap(sectors);
+    if gap > limits::MAX_GAP {
+        return Err(Reject::OpenOutline);
+    }
+    // Also refuses NaN.
+    if !(adjusted.rms <= limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b) {
+        return Err(Reject::NotElliptic);
+    }
+    Ok(Fitted { adjusted, dark_inside: edge.dark_inside, gap, ratio: 1.0 })
+}
+
+/// Edge point of a crossing about the origin, 1/256 px.
+fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
+    let offset = i32::from(crossing.offset()?);
+    let x = 256 * (i32::from(crossing.x) - i32::from(origin.0));
+    let y = 256 * (i32::from(crossing.y()) - i32::from(origin.1));
+    Some(match crossing.axis() {
+        Axis::Row => (x + offset, y),
+        Axis::Column => (x, y + offset),
+    })
+}
+
+/// One step from `shape` with the points nearer to it than `limit` px; also the sectors in which there are some.
+fn adjust(
+    shape: Shape,
+    points: impl Iterator<Item = (i32, i32)>,
+    limit: f32,
+) -> Result<(Adjusted, u32), Reject> {
+    let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
+    let mut sectors = 0u32;
+    for (x, y) in points {
+        let (x, y) = (x as f32 / 256.0, y as f32 / 256.0);
+        if adjustment.distance(x, y).abs() < limit {
+            adjustment.add(x, y);
+            let (u, v) = adjustment.in_circle(x, y);
+            let turn = math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI) + 1.0;
+            sectors |= 1u32.rotate_left((turn * SECTORS as f32) as u32 % SECTORS);
+        }
+    }
+    Ok((adjustment.finish().ok_or(Reject::NotElliptic)?, sectors))
+}
+
+/// Longest run of sectors without a point, around the circle.
+fn longest_gap(sectors: u32) -> u32 {
+    let mut empty = !sectors;
+    let mut longest = 0;
+    while empty != 0 && longest < SECTORS {
+        empty &= empty.rotate_left(1);
+        longest += 1;
+    }
+    longest
+}
+
+/// Appends to a list that is never longer than the one it is made of.
+fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
+    let mut list = FittedList::new();
+    for item in items.take(MAX_CIRCLES) {
+        let _ = list.push(item);
+    }
+    list
+}
+
+/// The circles that make a target, outermost first, with their ratios.
+fn choose(fitted: &FittedList, settings: &Settings) -> Result<FittedList, Reject> {
+    let mut cause = Reject::Ratio;
+    for (k, outer) in fitted.iter().enumerate() {
+        let inside = fitted.get(k + 1..).unwrap_or(&[]);
+        if outer.dark_inside != (settings.spec.polarity() == Polarity::Dark) || inside.is_empty() {
+            continue;
+        }
+        let concentric = list(inside.iter().filter_map(|inner| concentric(outer, inner)));
+        if concentric.is_empty() {
+            cause = Reject::NotConcentric;
+            continue;
+        }
+        let inner = match settings.spec.ratios() {
+            [] => list(concentric.iter().copied().filter(|c| c.ratio >= limits::MIN_MEASURED_RATIO)),
+            wanted => match_ratios(&concentric, wanted).unwrap_or_default(),
+        };
+        if !inner.is_empty() {
+            let mut circles = list(core::iter::once(*outer).chain(inner));
+            drop_marks(&mut circles);
+            return Ok(circles);
+        }
+    }
+    Err(cause)
+}
+
+/// `inner` with its measured ratio, if it can be a circle concentric with `outer`.
+fn concentric(outer: &Fitted, inner: &Fitted) -> Option<Fitted> {
+    let (large, small) = (outer.adjusted.shape, inner.adjusted.shape);
+    let b = small.semi_axes().1;
+    let frame = Frame::new(&large)?;
+    let centre = frame.vector(small.cx - large.cx, small.cy - large.cy);
+    let matrix = frame.matrix(&small);
+    let area_ratio = math::sqrt(large.det() / small.det());
+    // Circles that nearly coincide are the two sides of a line: there the pencil has no single root.
+    let (ratio, split) = if area_ratio < limits::PENCIL_AREA_RATIO {
+        let pencil = Pencil::new(centre, matrix)?;
+        (pencil.ratio, pencil.split)
+    } else {
+        let half = 0.5 * (matrix.0 - matrix.2);
+        (math::sqrt(area_ratio), math::sqrt(half * half + matrix.1 * matrix.1) / (matrix.0 + matrix.2))
+    };
+    let offset = math::sqrt(centre.0 * centre.0 + centre.1 * centre.1);
+    let max_offset =
+        limits::MAX_ECCENTRICITY * (1.0 - area_ratio) + limits::GRID_CENTRE / large.semi_axes().1;
+    let max_split = limits::MAX_SPLIT + limits::SPLIT_PER_RESIDUAL * inner.adjusted.rms / b;
+    let fits = b >= limits::MIN_INNER_SEMI_AXIS && ratio < 1.0 && offset <= max_offset && split <= max_split;
+    fits.then_some(Fitted { ratio, ..*inner })
+}
+
+/// For each wanted ratio the circle that comes nearest to it, with the wanted ratio instead of the measured one.
+fn match_ratios(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
+    let mut matched = FittedList::new();
+    for &ratio in wanted {
+        let off = |circle: &&Fitted| (circle.ratio / ratio - 1.0).abs();
+        let best = circles.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let tolerance =
+            limits::RATIO_TOLERANCE + limits::RATIO_TOLERANCE_EDGE / best.adjusted.shape.semi_axes().1;
+        if off(&best) > tolerance {
+            return None;
+        }
+        matched.push(Fitted { ratio, ..*best }).ok()?;
+    }
+    Some(matched)
+}
+
+/// A mark in the middle can be round without being concentric: the innermost of three or more circles goes until all lie
+/// where the others put them.
+fn drop_marks(circles: &mut FittedList) {
+    while circles.len() > 2 {
+        let Some(perspective) = measured_perspective(circles) else { return };
+        let Some(centre) = combine(circles, perspective) else { return };
+        let Some(outer) = circles.first().map(|outer| outer.adjusted.shape) else { return };
+        // B(r) = C + K g(r), with K from the outer circle, whose g is 1 / (1 - t).
+        let (kx, ky) =
+            ((outer.cx - centre.x) * (1.0 - perspective), (outer.cy - centre.y) * (1.0 - perspective));
+        let fits = circles.iter().all(|circle| {
+            let square = circle.ratio * circle.ratio;
+            let g = square / (1.0 - perspective * square);
+            let Adjusted { shape, covariance, .. } = circle.adjusted;
+            let (dx, dy) = (shape.cx - centre.x - g * kx, shape.cy - centre.y - g * ky);
+            let sigma = math::sqrt(covariance.xx + covariance.yy);
+            math::sqrt(dx * dx + dy * dy) <= limits::MARK_SIGMAS * sigma + limits::MARK_OFFSET
+        });
+        if fits {
+            return;
+        }
+        circles.pop();
+    }
+}
+
+/// A centre with its covariance, about the origin, px.
+#[derive(Clone, Copy, Debug)]
+struct Centre {
+    x: f32,
+    y: f32,
+    covariance: Covariance,
+}
+
+impl Centre {
+    fn of(adjusted: &Adjusted) -> Self {
+        Self { x: adjusted.shape.cx, y: adjusted.shape.cy, covariance: adjusted.covariance }
+    }
+
+    fn position(&self, origin: (u16, u16)) -> Position {
+        Position::from_origin(i32::from(origin.0), i32::from(origin.1), self.x, self.y)
+    }
+}
+
+/// The weighted sum of the ellipse centres; `t` is the perspective, 0 for eq. (7).
+fn combine(circles: &FittedList, t: f32) -> Option<Centre> {
+    let mut inputs = Vec::<(f32, f32), MAX_CIRCLES>::new();
+    for circle in circles {
+        let Covariance { xx, yy, .. } = circle.adjusted.covariance;
+        // A noise-free picture has no variance, and the weights need one.
+        inputs.push((circle.ratio, xx + yy + 1e-12)).ok()?;
+    }
+    let outer = circles.first()?.adjusted.shape;
+    let mut centre = Centre { x: outer.cx, y: outer.cy, covariance: Covariance::default() };
+    for (weight, circle) in weights(&inputs, t)?.iter().zip(circles) {
+        let Adjusted { shape, covariance, .. } = circle.adjusted;
+        // About the outer centre: the weights sum to 1, so only differences of centres count.
+        centre.x += weight * (shape.cx - outer.cx);
+        centre.y += weight * (shape.cy - outer.cy);
+        let square = weight * weight;
+        centre.covariance.xx += square * covariance.xx;
+        centre.covariance.xy += square * covariance.xy;
+        centre.covariance.yy += square * covariance.yy;
+    }
+    Some(centre)
+}
+
+/// t of [`crate::centre::perspective`] from the outer and the innermost circle.
+fn measured_perspective(circles: &FittedList) -> Option<f32> {
+    let (outer, inner) = (circles.first()?.adjusted.shape, circles.last()?);
+    let small = inner.adjusted.shape;
+    Some(perspective(outer.square(small.cx - outer.cx, small.cy - outer.cy), inner.ratio))
+}
+
+fn assemble(
+    circles: &FittedList,
+    settings: &Settings,
+    levels: &Levels,
+    blur: f32,
+    origin: (u16, u16),
+) -> Result<Target, Reject> {
+    let outer = circles.first().ok_or(Reject::Alone)?;
+    let degenerate = Reject::NotConcentric;
+    let (_, b) = outer.adjusted.shape.semi_axes();
+    if b < limits::MIN_OUTER_SEMI_AXIS {
+        return Err(Reject::TooSmall);
+    }
+    let plain = Centre::of(&outer.adjusted);
+    let eq7 = combine(circles, 0.0).ok_or(degenerate)?;
+    let exact = measured_perspective(circles).and_then(|t| combine(circles, t)).ok_or(degenerate)?;
+    let chosen = match settings.compensation {
+        Compensation::None => plain,
+        Compensation::Eq7 => eq7,
+        Compensation::Exact => exact,
+    };
+    let mut target = Target {
+        centre: chosen.position(origin),
+        covariance: chosen.covariance,
+        eq7: eq7.position(origin),
+        exact: exact.position(origin),
+        circles: Vec::new(),
+        contrast: levels.contrast(),
+        blur,
+        flags: flags(circles, settings, levels),
+    };
+    let added = |c: &Covariance| c.xx + c.yy - plain.covariance.xx - plain.covariance.yy;
+    let (dx, dy) = (plain.x - exact.x, plain.y - exact.y);
+    target.flags.set(Flags::INSIGNIFICANT, dx * dx + dy * dy < added(&exact.covariance));
+    for circle in circles {
+        let Adjusted { shape, covariance, rms, points } = circle.adjusted;
+        let ellipse = shape.to_ellipse(i32::from(origin.0), i32::from(origin.1));
+        let _ = target.circles.push(Circle { ellipse, covariance, rms, points, ratio: circle.ratio });
+    }
+    Ok(target)
+}
+
+fn flags(circles: &FittedList, settings: &Settings, levels: &Levels) -> Flags {
+    let mut flags = Flags::default();
+    flags.set(Flags::CLIPPED, levels.clipped);
+    flags.set(Flags::LOW_CONTRAST, levels.contrast() < limits::FLAG_CONTRAST);
+    flags.set(Flags::LIGHT, settings.spec.polarity() == Polarity::Light);
+    flags.set(Flags::MEASURED_RATIO, settings.spec.ratios().is_empty());
+    let mut outside = f32::INFINITY;
+    for circle in circles {
+        let (_, b) = circle.adjusted.shape.semi_axes();
+        let high = limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b;
+        flags.set(Flags::RESIDUAL, circle.adjusted.rms > 0.5 * high);
+        flags.set(Flags::OCCLUDED, circle.gap > limits::FLAG_GAP);
+        flags.set(Flags::SMALL, b.min(outside - b) < limits::FLAG_SMALL);
+        outside = b;
+    }
+    flags
+}

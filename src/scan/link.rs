@@ -1,0 +1,238 @@
+//! Joins the transitions of a row to those of the row above.
+//!
+//! Dark runs are connected when they touch, corners included; light runs when they share a side. Between two rows an
+//! outline goes on (a transition has one above it), begins (two neighbouring transitions have none above) or ends (two
+//! neighbouring transitions have none below); an outline whose ends have all met is closed. The work is proportional
+//! to the number of transitions, except that joined outlines are renamed once a row.
+
+use super::crossings::{Axis, Crossing, CrossingList, Pool};
+use super::outlines::{NONE, Outlines};
+use super::rows::Rows;
+use super::runs::Transition;
+use crate::reject::Dropped;
+
+/// Steepest step from row to row, px, at which the crossing on the row is kept: beyond it the one on the column is the
+/// better one.
+const MAX_ROW_STEP: u16 = 2;
+/// Samples needed on either side of a crossing, px.
+const REACH: u16 = 4;
+
+pub(crate) struct Linker<'a, 's> {
+    pub rows: &'a Rows<'s>,
+    pub outlines: &'a mut Outlines<'s>,
+    pub pool: &'a mut Pool<'s>,
+    pub dropped: &'a mut Dropped,
+    /// Smallest difference between the two sides' pairs of samples: less is no edge, but the border of two cells'
+    /// thresholds.
+    pub min_step: i32,
+    /// The row of `current`.
+    pub y: u16,
+}
+
+impl Linker<'_, '_> {
+    /// Gives every transition of `current` its outline; `previous` is the row above.
+    pub fn link(&mut self, previous: &[Transition], current: &mut [Transition]) {
+        let (mut i, mut j) = (0, 0);
+        loop {
+            let (above, here) = (run(previous, i), run(current, j));
+            if above.is_none() && here.is_none() {
+                break;
+            } else if lies_left(above, here) {
+                self.end(previous, 2 * i);
+                i += 1;
+            } else if lies_left(here, above) {
+                self.begin(current, 2 * j);
+                j += 1;
+            } else {
+                self.proceed(previous.get(2 * i), current.get_mut(2 * j), -1);
+                (i, j) = self.link_connected(previous, current, i, j);
+            }
+        }
+        if self.outlines.any_joined() {
+            for transition in current {
+                transition.label = self.outlines.root(transition.label);
+            }
+            self.outlines.free_joined();
+        }
+    }
+
+    /// Follows a set of connected runs, from run `i` above and run `j` here, to its right end. Returns the runs after it.
+    fn link_connected(
+        &mut self,
+        previous: &[Transition],
+        current: &mut [Transition],
+        mut i: usize,
+        mut j: usize,
+    ) -> (usize, usize) {
+        loop {
+            if touches(run(previous, i + 1), run(current, j)) {
+                self.end(previous, 2 * i + 1);
+                i += 1;
+            } else if touches(run(current, j + 1), run(previous, i)) {
+                self.begin(current, 2 * j + 1);
+                j += 1;
+            } else {
+                self.proceed(previous.get(2 * i + 1), current.get_mut(2 * j + 1), 1);
+                return (i + 1, j + 1);
+            }
+        }
+    }
+
+    /// An outline goes on from the transition `above` to the one `here`; `sign` is +1 where dark turns light.
+    fn proceed(&mut self, above: Option<&Transition>, here: Option<&mut Transition>, sign: i64) {
+        let (Some(above), Some(here)) = (above, here) else { return };
+        let label = self.outlines.root(above.label);
+        here.label = label;
+        self.add_transition(label, sign, here.x);
+        if above.x.abs_diff(here.x) <= MAX_ROW_STEP {
+            self.keep_row_crossing(label, here.x);
+        }
+        self.keep_column_crossings(label, above.x.min(here.x), above.x.max(here.x));
+    }
+
+    /// An outline begins with the transitions `at` and `at + 1`.
+    fn begin(&mut self, current: &mut [Transition], at: usize) {
+        let Some([first, second]) = current.get_mut(at..at + 2) else { return };
+        let label = self.outlines.open(first.x, self.y);
+        if label == NONE {
+            self.dropped.outlines = self.dropped.outlines.saturating_add(1);
+        }
+        (first.label, second.label) = (label, label);
+        let sign = if at.is_multiple_of(2) { -1 } else { 1 };
+        self.add_transition(label, sign, first.x);
+        self.add_transition(label, -sign, second.x);
+        self.keep_column_crossings(label, first.x, second.x);
+    }
+
+    /// The transitions `at` and `at + 1` of the row above meet.
+    fn end(&mut self, previous: &[Transition], at: usize) {
+        let Some([first, second]) = previous.get(at..at + 2) else { return };
+        let (a, b) = (self.outlines.root(first.label), self.outlines.root(second.label));
+        let (label, ends) = if a == NONE || b == NONE {
+            // One side was lost; what is left of the other can no longer be trusted.
+            let label = if a == NONE { b } else { a };
+            self.give_up(label);
+            (label, if a == b { 2 } else { 1 })
+        } else {
+            self.join(a, b);
+            (a, 2)
+        };
+        if self.y == self.rows.height() {
+            self.mark_cut(label);
+        }
+        self.keep_column_crossings(label, first.x, second.x);
+        self.outlines.end(label, ends);
+    }
+
+    fn join(&mut self, a: u16, b: u16) {
+        if a == b {
+            return;
+        }
+        let moved =
+            self.outlines.get_mut(b).map(|o| core::mem::replace(&mut o.crossings, CrossingList::EMPTY));
+        if let (Some(moved), Some(outline)) = (moved, self.outlines.get_mut(a)) {
+            self.pool.append(&mut outline.crossings, moved);
+        }
+        self.outlines.join(a, b);
+        let spoiled = self.outlines.get(a).is_some_and(|o| o.cut || o.lossy);
+        if spoiled {
+            self.free_crossings(a);
+        }
+    }
+
+    fn add_transition(&mut self, label: u16, sign: i64, x: u16) {
+        self.outlines.add_transition(label, sign, x, self.y);
+        if x == 0 || x >= self.rows.width() || self.y == 0 {
+            self.mark_cut(label);
+        }
+    }
+
+    fn mark_cut(&mut self, label: u16) {
+        if let Some(outline) = self.outlines.get_mut(label) {
+            outline.cut = true;
+            self.free_crossings(label);
+        }
+    }
+
+    fn give_up(&mut self, label: u16) {
+        if let Some(outline) = self.outlines.get_mut(label) {
+            outline.lossy = true;
+            self.free_crossings(label);
+        }
+    }
+
+    fn free_crossings(&mut self, label: u16) {
+        if let Some(outline) = self.outlines.get_mut(label) {
+            self.pool.free(&mut outline.crossings);
+        }
+    }
+
+    /// Keeps the crossing before column `x` of this row.
+    fn keep_row_crossing(&mut self, label: u16, x: u16) {
+        if x < REACH || x + REACH > self.rows.width() {
+            return;
+        }
+        let start = usize::from(x - REACH);
+        if let Some(&[far0, _, n0, n1, n2, n3, _, far1]) =
+            self.rows.row(self.y).get(start..).and_then(|row| row.first_chunk::<8>())
+        {
+            self.keep(label, Crossing::new(Axis::Row, x, self.y, [n0, n1, n2, n3], [far0, far1]));
+        }
+    }
+
+    /// Keeps the crossings between the row above and this one in the columns `from..to`.
+    fn keep_column_crossings(&mut self, label: u16, from: u16, to: u16) {
+        let y = self.y;
+        if from >= to || y < REACH || y + REACH > self.rows.height() || !self.wants_crossings(label) {
+            return;
+        }
+        let rows = [y - 4, y - 2, y - 1, y, y + 1, y + 3].map(|y| self.rows.row(y));
+        for x in from..to {
+            let [far0, n0, n1, n2, n3, far1] = rows.map(|row| row.get(usize::from(x)).copied().unwrap_or(0));
+            self.keep(label, Crossing::new(Axis::Column, x, y, [n0, n1, n2, n3], [far0, far1]));
+        }
+    }
+
+    fn wants_crossings(&self, label: u16) -> bool {
+        self.outlines.get(label).is_some_and(|o| !o.cut && !o.lossy)
+    }
+
+    fn keep(&mut self, label: u16, crossing: Crossing) {
+        let [n0, n1, n2, n3] = crossing.near.map(i32::from);
+        if (n2 + n3 - n0 - n1).abs() < self.min_step || !self.wants_crossings(label) {
+            return;
+        }
+        loop {
+            let Some(outline) = self.outlines.get_mut(label).filter(|o| !o.lossy) else { return };
+            if self.pool.push(&mut outline.crossings, crossing) {
+                return;
+            }
+            self.dropped.crossings = self.dropped.crossings.saturating_add(1);
+            // The outline with the most crossings pays: one large piece of clutter, not many small targets.
+            match self.outlines.largest() {
+                Some(largest) => self.give_up(largest),
+                None => return self.give_up(label),
+            }
+        }
+    }
+}
+
+/// First and one past the last column of a dark run.
+type Run = (u16, u16);
+
+fn run(list: &[Transition], i: usize) -> Option<Run> {
+    match list.get(2 * i..2 * i + 2) {
+        Some([first, second]) => Some((first.x, second.x)),
+        _ => None,
+    }
+}
+
+/// Whether `run` exists and nothing of `other` touches it or lies left of it.
+fn lies_left(run: Option<Run>, other: Option<Run>) -> bool {
+    run.is_some_and(|run| other.is_none_or(|other| run.1 < other.0))
+}
+
+/// Whether `next`, which lies right of all that was linked, touches `run`.
+fn touches(next: Option<Run>, run: Option<Run>) -> bool {
+    next.is_some_and(|next| run.is_some_and(|run| next.0 <= run.1))
+}

@@ -1,0 +1,140 @@
+//! Rows in, closed outlines out.
+//!
+//! 1. [`rows`]: the last 12 rows are kept, because a vertical edge profile needs its neighbours above and below.
+//! 2. [`threshold`]: a threshold for each cell of 8 x 4 px from the local extremes.
+//! 3. [`runs`]: where the rows pass it ([`Transition`]s).
+//! 4. [`link`]: transitions of successive rows are joined to outlines.
+//! 5. [`outlines`]: table of those outlines with their exact moments; [`crossings`]: pool of their edge profiles.
+//!
+//! A region of either polarity and its outer outline are the same thing here: following outlines instead of pixels
+//! labels dark and light regions at once, gives the moments of the *filled* shape, and says what lies in what.
+
+mod crossings;
+mod link;
+mod outlines;
+mod rows;
+mod runs;
+mod threshold;
+
+pub(crate) use crossings::{Axis, Crossing, CrossingList, Pool};
+pub(crate) use outlines::{NONE, Outline, Outlines};
+pub(crate) use rows::{BLOCK_ROWS, KEPT_BLOCKS, Rows};
+pub(crate) use runs::Transition;
+
+use crate::reject::Dropped;
+use crate::storage::Buffers;
+use link::Linker;
+use runs::TransitionList;
+use threshold::Cells;
+
+/// The state of a frame on its way through the stages before the candidates.
+#[derive(Debug)]
+pub(crate) struct Scanner<'s> {
+    rows: Rows<'s>,
+    cells: Cells<'s>,
+    previous: TransitionList<'s>,
+    current: TransitionList<'s>,
+    pub outlines: Outlines<'s>,
+    pub pool: Pool<'s>,
+    pub dropped: Dropped,
+    /// Rows whose transitions have been linked.
+    pub linked: u16,
+}
+
+impl<'s> Scanner<'s> {
+    pub fn new(buffers: Buffers<'s>) -> Self {
+        Self {
+            rows: Rows::new(buffers.rows),
+            cells: Cells::new(buffers.cells),
+            previous: TransitionList::new(buffers.previous),
+            current: TransitionList::new(buffers.current),
+            outlines: Outlines::new(buffers.outlines),
+            pool: Pool::new(buffers.crossings),
+            dropped: Dropped::default(),
+            linked: 0,
+        }
+    }
+
+    /// Widest frame that fits.
+    pub fn capacity(&self) -> usize {
+        self.rows.capacity()
+    }
+
+    /// Height of the frame.
+    pub fn height(&self) -> u16 {
+        self.rows.height()
+    }
+
+    /// Rows taken so far.
+    pub fn pushed(&self) -> u16 {
+        self.rows.pushed()
+    }
+
+    /// Forgets everything and prepares for a frame of `width` <= `capacity()`.
+    pub fn begin(&mut self, width: u16, height: u16) {
+        self.rows.begin(width, height);
+        self.cells.begin(width);
+        self.previous.clear();
+        self.current.clear();
+        self.outlines.clear();
+        self.pool.clear();
+        self.dropped = Dropped::default();
+        self.linked = 0;
+    }
+
+    /// Takes the next row. Whole blocks of rows are linked as soon as the block below them is known; outlines that
+    /// closed are then in [`Outlines::take_closed`].
+    pub fn push_row(&mut self, row: &[u8]) {
+        self.rows.push(row);
+        if self.rows.block_complete() {
+            self.cells.measure(&self.rows);
+            self.link_block();
+        }
+    }
+
+    /// Links the rows that waited for a block below them, and closes what is open at the frame's lower border.
+    pub fn finish(&mut self) {
+        while self.linked < self.rows.height() {
+            // The last block has nothing below it; what is there of it is measured again or for the first time.
+            self.cells.measure(&self.rows);
+            self.link_block();
+        }
+        self.current.clear();
+        self.link_row();
+    }
+
+    /// Links the block of rows above the newest measured one.
+    fn link_block(&mut self) {
+        let first = self.linked;
+        let Some(below) = self.cells.blocks().checked_sub(2) else { return };
+        if below != first / BLOCK_ROWS as u16 {
+            return;
+        }
+        self.cells.update_thresholds();
+        let last = (first + BLOCK_ROWS as u16).min(self.rows.height());
+        for y in first..last {
+            self.dropped.runs +=
+                self.current.fill(self.rows.row(y), self.cells.thresholds(), self.rows.width());
+            self.link_row();
+        }
+    }
+
+    fn link_row(&mut self) {
+        let mut linker = Linker {
+            rows: &self.rows,
+            outlines: &mut self.outlines,
+            pool: &mut self.pool,
+            dropped: &mut self.dropped,
+            min_step: i32::from(self.cells.min_contrast()) / 2,
+            y: self.linked,
+        };
+        linker.link(self.previous.as_slice(), self.current.as_mut_slice());
+        core::mem::swap(&mut self.previous, &mut self.current);
+        self.linked += 1;
+    }
+
+    /// Transitions of the last linked row, with the labels of their outlines.
+    pub fn last_transitions(&self) -> &[Transition] {
+        self.previous.as_slice()
+    }
+}

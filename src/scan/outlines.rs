@@ -1,0 +1,255 @@
+//! The table of outlines: exact moments, bounding boxes, and what became of each.
+
+use super::crossings::CrossingList;
+
+/// No outline, no crossing.
+pub(crate) const NONE: u16 = u16::MAX;
+
+/// Moments of the pixels enclosed by an outline, summed over its transitions (Green's theorem on rows). Exact: a region
+/// as large as the largest frame has a second moment below 2^57. Negative for the outline of a light region.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moments {
+    pub area: i64,
+    pub x: i64,
+    pub y: i64,
+    pub xx: i64,
+    pub xy: i64,
+    pub yy: i64,
+}
+
+impl Moments {
+    const ZERO: Self = Self { area: 0, x: 0, y: 0, xx: 0, xy: 0, yy: 0 };
+
+    /// Adds the pixels left of `x` in row `y`, `sign` times.
+    fn add_edge(&mut self, sign: i64, x: u16, y: u16) {
+        let (x, y) = (i64::from(x), i64::from(y));
+        let sum_x = x * (x - 1) / 2;
+        let sum_xx = sum_x * (2 * x - 1) / 3;
+        self.area += sign * x;
+        self.x += sign * sum_x;
+        self.xx += sign * sum_xx;
+        self.y += sign * x * y;
+        self.xy += sign * sum_x * y;
+        self.yy += sign * x * y * y;
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.area += other.area;
+        self.x += other.x;
+        self.y += other.y;
+        self.xx += other.xx;
+        self.xy += other.xy;
+        self.yy += other.yy;
+    }
+}
+
+/// An outline: the border of a region of either polarity, seen from outside.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outline {
+    pub moments: Moments,
+    /// Leftmost column.
+    pub left: u16,
+    /// One past the rightmost column.
+    pub right: u16,
+    /// First row.
+    pub top: u16,
+    /// Last row.
+    pub bottom: u16,
+    pub crossings: CrossingList,
+    /// Transitions of the current row that belong to it.
+    ends: u16,
+    /// The outline it was joined to, or itself.
+    alias: u16,
+    /// Next one in the list that this one is in: free, joined, closed, or waiting.
+    pub next: u16,
+    /// The largest concentric one inside.
+    pub inner: u16,
+    /// Row after which nothing concentric can close around it.
+    pub ready: u16,
+    /// Touches the frame's border.
+    pub cut: bool,
+    /// Part of it, or of its crossings, is lost.
+    pub lossy: bool,
+}
+
+impl Outline {
+    pub const ZERO: Self = Self {
+        moments: Moments::ZERO,
+        left: 0,
+        right: 0,
+        top: 0,
+        bottom: 0,
+        crossings: CrossingList::ZERO,
+        ends: 0,
+        alias: 0,
+        next: 0,
+        inner: 0,
+        ready: 0,
+        cut: false,
+        lossy: false,
+    };
+
+    pub fn width(&self) -> u16 {
+        self.right.saturating_sub(self.left)
+    }
+
+    pub fn height(&self) -> u16 {
+        (self.bottom + 1).saturating_sub(self.top)
+    }
+
+    /// Whether its bounding box reaches beyond that of `other` on the left, right and top.
+    pub fn surrounds(&self, other: &Self) -> bool {
+        self.left < other.left && self.right > other.right && self.top < other.top
+    }
+}
+
+/// Table of outlines under way.
+#[derive(Debug)]
+pub(crate) struct Outlines<'s> {
+    slots: &'s mut [Outline],
+    /// Slots used at least once; those above need no list to be free.
+    touched: u16,
+    free: u16,
+    joined: u16,
+    closed: u16,
+}
+
+impl<'s> Outlines<'s> {
+    pub fn new(slots: &'s mut [Outline]) -> Self {
+        Self { slots, touched: 0, free: NONE, joined: NONE, closed: NONE }
+    }
+
+    pub fn clear(&mut self) {
+        (self.touched, self.free, self.joined, self.closed) = (0, NONE, NONE, NONE);
+    }
+
+    pub fn get(&self, label: u16) -> Option<&Outline> {
+        self.slots.get(usize::from(label))
+    }
+
+    pub fn get_mut(&mut self, label: u16) -> Option<&mut Outline> {
+        self.slots.get_mut(usize::from(label))
+    }
+
+    /// Starts an outline with two ends. [`NONE`] when the table is full.
+    pub fn open(&mut self, x: u16, y: u16) -> u16 {
+        let label = if self.free != NONE {
+            let label = self.free;
+            self.free = self.get(label).map_or(NONE, |o| o.next);
+            label
+        } else if usize::from(self.touched) < self.slots.len() {
+            self.touched += 1;
+            self.touched - 1
+        } else {
+            return NONE;
+        };
+        if let Some(slot) = self.get_mut(label) {
+            *slot = Outline {
+                left: x,
+                right: x,
+                top: y,
+                bottom: y,
+                crossings: CrossingList::EMPTY,
+                ends: 2,
+                alias: label,
+                next: NONE,
+                inner: NONE,
+                ..Outline::ZERO
+            };
+        }
+        label
+    }
+
+    /// The outline that `label` stands for now.
+    pub fn root(&self, mut label: u16) -> u16 {
+        // Each joined outline points to one that was alive at that time, so the chain is finite; the bound only makes
+        // that plain.
+        for _ in 0..=self.slots.len() {
+            match self.get(label) {
+                Some(outline) if outline.alias != label => label = outline.alias,
+                _ => break,
+            }
+        }
+        label
+    }
+
+    /// Adds a transition at `(x, y)`; `sign` is +1 where dark turns light.
+    pub fn add_transition(&mut self, label: u16, sign: i64, x: u16, y: u16) {
+        if let Some(outline) = self.get_mut(label) {
+            outline.moments.add_edge(sign, x, y);
+            outline.left = outline.left.min(x);
+            outline.right = outline.right.max(x);
+            outline.bottom = y;
+        }
+    }
+
+    /// Joins `b` to `a`, both roots and different. The crossings of `b` must have been moved before.
+    pub fn join(&mut self, a: u16, b: u16) {
+        let joined = self.joined;
+        let Some(other) = self.get_mut(b) else { return };
+        (other.alias, other.next) = (a, joined);
+        let other = *other;
+        self.joined = b;
+        if let Some(outline) = self.get_mut(a) {
+            outline.moments.join(&other.moments);
+            outline.left = outline.left.min(other.left);
+            outline.right = outline.right.max(other.right);
+            outline.top = outline.top.min(other.top);
+            outline.bottom = outline.bottom.max(other.bottom);
+            outline.ends += other.ends;
+            outline.cut |= other.cut;
+            outline.lossy |= other.lossy;
+        }
+    }
+
+    /// Two ends of `label` have met, or one has met the end of an outline that was lost.
+    pub fn end(&mut self, label: u16, ends: u16) {
+        let closed = self.closed;
+        let Some(outline) = self.get_mut(label) else { return };
+        outline.ends = outline.ends.saturating_sub(ends);
+        if outline.ends == 0 {
+            outline.next = closed;
+            self.closed = label;
+        }
+    }
+
+    /// Whether outlines were joined since the last [`free_joined`](Self::free_joined).
+    pub fn any_joined(&self) -> bool {
+        self.joined != NONE
+    }
+
+    /// Gives back the slots of joined outlines. No transition may carry their labels any more.
+    pub fn free_joined(&mut self) {
+        while self.joined != NONE {
+            let label = self.joined;
+            self.joined = self.get(label).map_or(NONE, |o| o.next);
+            self.free(label);
+        }
+    }
+
+    /// One of the outlines that have closed and were not taken yet.
+    pub fn take_closed(&mut self) -> Option<u16> {
+        let label = self.closed;
+        let next = self.get_mut(label).map(|o| core::mem::replace(&mut o.next, NONE))?;
+        self.closed = next;
+        Some(label)
+    }
+
+    /// Gives a slot back.
+    pub fn free(&mut self, label: u16) {
+        let free = self.free;
+        if let Some(slot) = self.get_mut(label) {
+            slot.next = free;
+            slot.alias = label;
+            slot.crossings = CrossingList::EMPTY;
+            self.free = label;
+        }
+    }
+
+    /// The outline with the most crossings.
+    pub fn largest(&self) -> Option<u16> {
+        let used = self.slots.get(..usize::from(self.touched))?;
+        let (label, outline) = used.iter().enumerate().max_by_key(|(_, o)| o.crossings.len())?;
+        (outline.crossings.len() > 0).then_some(label as u16)
+    }
+}

@@ -1,0 +1,71 @@
+//! The last rows of the frame.
+
+/// Rows in a block, the unit in which thresholds change.
+pub(crate) const BLOCK_ROWS: usize = 4;
+/// Blocks kept: the one in work and its neighbours above and below.
+pub(crate) const KEPT_BLOCKS: usize = 3;
+const KEPT_ROWS: usize = BLOCK_ROWS * KEPT_BLOCKS;
+
+/// Ring of the last 12 rows, each padded to a multiple of 8 px with its last pixel.
+#[derive(Debug)]
+pub(crate) struct Rows<'s> {
+    data: &'s mut [u8],
+    width: u16,
+    height: u16,
+    pushed: u16,
+}
+
+impl<'s> Rows<'s> {
+    pub fn new(data: &'s mut [u8]) -> Self {
+        Self { data, width: 0, height: 0, pushed: 0 }
+    }
+
+    pub fn capacity(&self) -> usize {
+        self.data.len() / KEPT_ROWS
+    }
+
+    pub fn begin(&mut self, width: u16, height: u16) {
+        (self.width, self.height, self.pushed) = (width, height, 0);
+    }
+
+    pub fn width(&self) -> u16 {
+        self.width
+    }
+
+    pub fn height(&self) -> u16 {
+        self.height
+    }
+
+    /// Number of rows taken so far.
+    pub fn pushed(&self) -> u16 {
+        self.pushed
+    }
+
+    /// Whether the newest row is the last of its block.
+    pub fn block_complete(&self) -> bool {
+        self.pushed.is_multiple_of(BLOCK_ROWS as u16)
+    }
+
+    pub fn push(&mut self, row: &[u8]) {
+        let slot = self.slot(self.pushed);
+        if let Some(kept) = self.data.get_mut(slot) {
+            let padding = row.last().copied().unwrap_or(0);
+            for (to, from) in kept.iter_mut().zip(row.iter().copied().chain(core::iter::repeat(padding))) {
+                *to = from;
+            }
+        }
+        self.pushed += 1;
+    }
+
+    /// Row `y`, padded; it must be one of the last 12. Rows beyond the frame repeat the nearest one.
+    pub fn row(&self, y: u16) -> &[u8] {
+        let slot = self.slot(y.min(self.pushed.saturating_sub(1)));
+        self.data.get(slot).unwrap_or(&[])
+    }
+
+    fn slot(&self, y: u16) -> core::ops::Range<usize> {
+        let stride = usize::from(self.width).next_multiple_of(8);
+        let first = usize::from(y) % KEPT_ROWS * stride;
+        first..first + stride
+    }
+}

@@ -1,0 +1,101 @@
+//! Where a row passes the threshold.
+
+use super::threshold::CELL;
+
+/// The first pixel of a run: a row turns dark at the even entries of its list and light at the odd ones.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Transition {
+    /// Column of the first pixel after the change.
+    pub x: u16,
+    /// Outline that it belongs to.
+    pub label: u16,
+}
+
+impl Transition {
+    pub const ZERO: Self = Self { x: 0, label: 0 };
+}
+
+/// The transitions of a row, in order; an even number, because what is outside the frame counts as light.
+#[derive(Debug)]
+pub(crate) struct TransitionList<'s> {
+    data: &'s mut [Transition],
+    len: usize,
+}
+
+impl<'s> TransitionList<'s> {
+    pub fn new(data: &'s mut [Transition]) -> Self {
+        Self { data, len: 0 }
+    }
+
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    pub fn as_slice(&self) -> &[Transition] {
+        self.data.get(..self.len).unwrap_or(&[])
+    }
+
+    pub fn as_mut_slice(&mut self) -> &mut [Transition] {
+        self.data.get_mut(..self.len).unwrap_or(&mut [])
+    }
+
+    /// Finds the dark runs of `row`, padded to whole cells. Returns how many did not fit.
+    pub fn fill(&mut self, row: &[u8], thresholds: &[u8], width: u16) -> u32 {
+        self.len = 0;
+        let mut found = 0usize;
+        let mut dark = 0u8;
+        for ((i, cell), &threshold) in row.as_chunks::<CELL>().0.iter().enumerate().zip(thresholds) {
+            let mask = below(cell, threshold);
+            let mut changes = mask ^ (mask << 1 | dark);
+            dark = mask >> (CELL - 1);
+            while changes != 0 {
+                self.push(&mut found, (i * CELL) as u16 + changes.trailing_zeros() as u16);
+                changes &= changes - 1;
+            }
+        }
+        if dark != 0 {
+            self.push(&mut found, width);
+        }
+        // Runs are dropped whole, so that the list stays even.
+        self.len = found.min(self.data.len() & !1);
+        ((found - self.len) / 2) as u32
+    }
+
+    fn push(&mut self, found: &mut usize, x: u16) {
+        if let Some(slot) = self.data.get_mut(*found) {
+            slot.x = x;
+        }
+        *found += 1;
+    }
+}
+
+/// One bit for each pixel of the cell that is below the threshold, first pixel lowest.
+///
+/// All eight at once: the comparison of bytes in a word, then the gathering of their top bits by a multiplication.
+fn below(cell: &[u8; CELL], threshold: u8) -> u8 {
+    const TOP: u64 = 0x8080_8080_8080_8080;
+    let x = u64::from_le_bytes(*cell);
+    let t = u64::from_le_bytes([threshold; CELL]);
+    // Difference of the low seven bits with a guard bit, then corrected by the top bits.
+    let low = (x | TOP) - (t & !TOP);
+    let less = ((!x & t) | (!(x ^ t) & !low)) & TOP;
+    ((less >> 7).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn below_agrees_with_a_comparison_for_every_pair() {
+        for threshold in 0..=255u8 {
+            for level in 0..=255u8 {
+                for place in 0..CELL {
+                    let mut cell = [threshold; CELL];
+                    cell[place] = level;
+                    assert_eq!(below(&cell, threshold), u8::from(level < threshold) << place);
+                }
+            }
+        }
+    }
+}

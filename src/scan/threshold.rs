@@ -1,0 +1,153 @@
+//! The local threshold, from the rows themselves.
+//!
+//! The frame is divided into cells of 8 x 4 px. A cell's threshold is the middle between the darkest and the
+//! brightest pixel of the 3 x 3 cells about it, if these differ by more than noise does. In flat surroundings there is
+//! no edge to place; there the threshold of the cell above is kept, so that the inside of a large dark circle stays
+//! dark, and is only pushed away where the light drifts towards it, so that shading makes no edge of its own.
+
+use super::rows::{BLOCK_ROWS, KEPT_BLOCKS, Rows};
+use crate::settings::limits;
+
+/// Width of a cell, px.
+pub(crate) const CELL: usize = 8;
+/// Ranges of grey levels told apart by the noise figure.
+const RANGES: usize = 64;
+/// Fractional bits of the smoothed noise figure.
+const NOISE_BITS: u32 = 4;
+
+/// Extremes of the cells of three blocks of rows and the thresholds of one.
+#[derive(Debug)]
+pub(crate) struct Cells<'s> {
+    /// Eight sections: minima of three blocks, maxima of three blocks, thresholds, one spare.
+    data: &'s mut [u8],
+    count: usize,
+    blocks: u16,
+    noise: u16,
+}
+
+const THRESHOLDS: usize = 2 * KEPT_BLOCKS;
+
+impl<'s> Cells<'s> {
+    pub fn new(data: &'s mut [u8]) -> Self {
+        Self { data, count: 0, blocks: 0, noise: 0 }
+    }
+
+    pub fn begin(&mut self, width: u16) {
+        self.count = usize::from(width).div_ceil(CELL);
+        self.blocks = 0;
+        self.noise = 0;
+    }
+
+    /// Blocks measured so far.
+    pub fn blocks(&self) -> u16 {
+        self.blocks
+    }
+
+    /// Thresholds of the block in work, one for each cell: a pixel below it is dark.
+    pub fn thresholds(&self) -> &[u8] {
+        self.data.get(self.section(THRESHOLDS)).unwrap_or(&[])
+    }
+
+    /// Smallest difference of grey levels that counts as an edge.
+    pub fn min_contrast(&self) -> u8 {
+        let noise = (self.noise >> NOISE_BITS) as u8;
+        limits::MIN_CONTRAST.max(noise.saturating_mul(limits::CONTRAST_TO_NOISE))
+    }
+
+    /// Takes the extremes of the next block of rows (its last rows are repeated where the frame ends).
+    pub fn measure(&mut self, rows: &Rows<'_>) {
+        let first = self.blocks * BLOCK_ROWS as u16;
+        let kept = usize::from(self.blocks) % KEPT_BLOCKS;
+        let (minima, maxima) = (self.section(kept), self.section(KEPT_BLOCKS + kept));
+        for (i, y) in (first..first + BLOCK_ROWS as u16).enumerate() {
+            let (low, high) = self.data.split_at_mut_checked(maxima.start).unwrap_or((&mut [], &mut []));
+            let low = low.get_mut(minima.clone()).unwrap_or(&mut []).iter_mut();
+            let high = high.get_mut(..self.count).unwrap_or(&mut []).iter_mut();
+            for ((low, high), cell) in low.zip(high).zip(rows.row(y).as_chunks::<CELL>().0) {
+                let (min, max) = extremes(cell);
+                (*low, *high) = if i == 0 { (min, max) } else { (min.min(*low), max.max(*high)) };
+            }
+        }
+        self.blocks += 1;
+        self.update_noise(minima, maxima);
+    }
+
+    /// The noise figure is the range that one cell in eight stays below: even on a crowded board that many are flat.
+    fn update_noise(&mut self, minima: core::ops::Range<usize>, maxima: core::ops::Range<usize>) {
+        let mut histogram = [0u16; RANGES];
+        let ranges =
+            self.data.get(minima).into_iter().flatten().zip(self.data.get(maxima).into_iter().flatten());
+        for (low, high) in ranges {
+            let range = usize::from(high.saturating_sub(*low)).min(RANGES - 1);
+            if let Some(n) = histogram.get_mut(range) {
+                *n += 1;
+            }
+        }
+        let wanted = self.count / 8 + 1;
+        let mut seen = 0;
+        let below = |n: &u16| {
+            seen += usize::from(*n);
+            seen >= wanted
+        };
+        let figure = (histogram.iter().position(below).unwrap_or(RANGES - 1) as u16) << NOISE_BITS;
+        self.noise = if self.blocks == 1 { figure } else { self.noise - self.noise / 4 + figure / 4 };
+    }
+
+    /// Moves the thresholds from the block before to the one above the newest measured.
+    pub fn update_thresholds(&mut self) {
+        let contrast = self.min_contrast();
+        let first_block = self.blocks == 2;
+        for cell in 0..self.count {
+            let (low, high) = self.neighbourhood(cell);
+            let held = self.thresholds().get(cell).copied().filter(|_| !first_block);
+            let threshold = if high.saturating_sub(low) >= contrast {
+                mean(low, high)
+            } else {
+                keep_off(held, mean(low, high), contrast)
+            };
+            let section = self.section(THRESHOLDS);
+            if let Some(kept) = self.data.get_mut(section).and_then(|t| t.get_mut(cell)) {
+                *kept = threshold;
+            }
+        }
+    }
+
+    /// Extremes of the 3 x 3 cells about `cell` of the block in work.
+    fn neighbourhood(&self, cell: usize) -> (u8, u8) {
+        let cells = cell.saturating_sub(1)..(cell + 2).min(self.count);
+        let blocks = KEPT_BLOCKS.min(usize::from(self.blocks));
+        let newest = usize::from(self.blocks) + KEPT_BLOCKS - 1;
+        (0..blocks).fold((u8::MAX, 0), |(low, high), back| {
+            let kept = (newest - back) % KEPT_BLOCKS;
+            let section =
+                |i| self.data.get(self.section(i)).and_then(|s| s.get(cells.clone())).unwrap_or(&[]);
+            (
+                section(kept).iter().fold(low, |a, b| a.min(*b)),
+                section(KEPT_BLOCKS + kept).iter().fold(high, |a, b| a.max(*b)),
+            )
+        })
+    }
+
+    fn section(&self, i: usize) -> core::ops::Range<usize> {
+        i * self.count..(i + 1) * self.count
+    }
+}
+
+/// `held`, kept at a distance from the flat level on the side where it is; below the level if there is none yet, so
+/// that a frame starts light.
+fn keep_off(held: Option<u8>, level: u8, contrast: u8) -> u8 {
+    let distance = (level / 8).max(contrast / 2);
+    match held {
+        Some(held) if level < held => held.max(level.saturating_add(distance)),
+        Some(held) => held.min(level.saturating_sub(distance)),
+        None => level.saturating_sub(distance),
+    }
+}
+
+fn mean(low: u8, high: u8) -> u8 {
+    (u16::from(low) + u16::from(high)).div_ceil(2) as u8
+}
+
+fn extremes(cell: &[u8; CELL]) -> (u8, u8) {
+    cell.iter().fold((u8::MAX, 0), |(low, high), &level| (low.min(level), high.max(level)))
+}

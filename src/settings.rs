@@ -1,0 +1,241 @@
+//! What to look for, how to compensate, and every threshold of the library with its unit and reason.
+
+use core::fmt;
+
+/// Largest number of circles in a [`TargetSpec`].
+pub const MAX_SPEC_CIRCLES: usize = 4;
+
+/// Whether the outer circle is darker or lighter than what surrounds it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Polarity {
+    /// Dark on light.
+    #[default]
+    Dark,
+    /// Light on dark.
+    Light,
+}
+
+/// Which concentric circles make a target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct TargetSpec {
+    ratios: [f32; MAX_SPEC_CIRCLES - 1],
+    inner: u8,
+    polarity: Polarity,
+}
+
+impl TargetSpec {
+    /// Smallest ratio of a circle's radius to the outer one.
+    pub const MIN_RATIO: f32 = 0.1;
+    /// Largest ratio of a circle's radius to the next larger one.
+    pub const MAX_STEP: f32 = 0.95;
+
+    /// Two or more concentric outlines of any radii, dark on light. The ratios are measured.
+    pub const fn any() -> Self {
+        Self { ratios: [0.0; MAX_SPEC_CIRCLES - 1], inner: 0, polarity: Polarity::Dark }
+    }
+
+    /// Two circles: inner radius / outer radius = `ratio`, dark on light.
+    ///
+    /// # Errors
+    /// [`SettingsError::Ratio`] outside 0.1..=0.95.
+    pub const fn ring(ratio: f32) -> Result<Self, SettingsError> {
+        Self::circles(&[ratio])
+    }
+
+    /// Two to four circles, dark on light: `ratios` are the radii of the inner ones as ratios of the outer
+    /// radius, descending.
+    ///
+    /// # Errors
+    /// [`SettingsError::RatioCount`] unless there are one to three; [`SettingsError::Ratio`] for one below 0.1 or
+    /// above 0.95 of its predecessor.
+    pub const fn circles(ratios: &[f32]) -> Result<Self, SettingsError> {
+        if ratios.is_empty() || ratios.len() >= MAX_SPEC_CIRCLES {
+            return Err(SettingsError::RatioCount { given: ratios.len() });
+        }
+        let mut spec = Self::any();
+        let mut previous = 1.0;
+        let mut i = 0;
+        while i < ratios.len() {
+            let (value, max) = (ratios[i], previous * Self::MAX_STEP);
+            // Written so that NaN fails too.
+            if !(value >= Self::MIN_RATIO && value <= max) {
+                return Err(SettingsError::Ratio { value, max });
+            }
+            spec.ratios[i] = value;
+            previous = value;
+            i += 1;
+        }
+        spec.inner = ratios.len() as u8;
+        Ok(spec)
+    }
+
+    /// The same circles, light on dark.
+    pub const fn light(mut self) -> Self {
+        self.polarity = Polarity::Light;
+        self
+    }
+
+    /// Radii of the inner circles as ratios of the outer one, descending; empty for [`any`](Self::any).
+    pub fn ratios(&self) -> &[f32] {
+        self.ratios.get(..self.inner as usize).unwrap_or(&[])
+    }
+
+    /// Polarity of the outer circle.
+    pub const fn polarity(&self) -> Polarity {
+        self.polarity
+    }
+}
+
+/// How the true centre is made from the ellipse centres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Compensation {
+    /// Not at all: the outer ellipse's centre.
+    None,
+    /// Eq. (7) of Huo et al. 2013.
+    Eq7,
+    /// The form of eq. (7) that is exact for any perspective.
+    #[default]
+    Exact,
+}
+
+/// Settings of a [`Detector`](crate::Detector).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Settings {
+    /// What to look for.
+    pub spec: TargetSpec,
+    /// How to compensate.
+    pub compensation: Compensation,
+}
+
+impl Settings {
+    /// Settings for `spec` with the exact compensation.
+    pub const fn new(spec: TargetSpec) -> Self {
+        Self { spec, compensation: Compensation::Exact }
+    }
+
+    /// The same with another compensation.
+    pub const fn compensation(mut self, compensation: Compensation) -> Self {
+        self.compensation = compensation;
+        self
+    }
+}
+
+/// A setting that makes no sense.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum SettingsError {
+    /// A ratio outside its range.
+    Ratio {
+        /// The value given.
+        value: f32,
+        /// Largest value allowed in its place.
+        max: f32,
+    },
+    /// No ratio, or too many.
+    RatioCount {
+        /// How many were given.
+        given: usize,
+    },
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ratio { value, max } => write!(
+                f,
+                "ratio {value} is outside {}..={max}: radii of the inner circles over the outer radius, descending, \
+                 each at most {} of the one before",
+                TargetSpec::MIN_RATIO,
+                TargetSpec::MAX_STEP
+            ),
+            Self::RatioCount { given } => {
+                write!(f, "{given} ratios given: 1..={} inner circles are possible", MAX_SPEC_CIRCLES - 1)
+            }
+        }
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
+/// Thresholds. Lengths in px, levels in grey levels of 0..=255.
+pub(crate) mod limits {
+    /// Smallest local contrast that counts as an edge, grey levels: below it 8-bit quantisation and shading
+    /// make contours of their own.
+    pub const MIN_CONTRAST: u8 = 10;
+    /// The same as a multiple of the noise figure (the range that one cell in eight stays below, about 3.2 sigma):
+    /// 9.6 sigma, against 7.5 that the largest window of pure noise spans.
+    pub const CONTRAST_TO_NOISE: u8 = 3;
+    /// Smallest bounding box, px: a semi-axis of 2.5 px is the least at which an ellipse can be told from a square.
+    pub const MIN_EXTENT: u16 = 5;
+    /// Smallest semi-minor axis of the outer circle, px: below it the edges blur into each other.
+    pub const MIN_OUTER_SEMI_AXIS: f32 = 4.5;
+    /// Area over that of the ellipse with the same second moments, minus one: tolerance for a large outline.
+    /// A square has -0.045.
+    pub const AREA_TOLERANCE: f32 = 0.02;
+    /// What the pixel grid adds to it, times the semi-minor axis, px.
+    pub const AREA_TOLERANCE_GRID: f32 = 0.15;
+    /// Largest distance of two ellipse centres, in units of the outer ellipse and of 1 - ratio^2: sin(tilt) x
+    /// radius / distance of the target, so 0.3 leaves room for a 60 mm circle at 200 mm seen at 80 degrees.
+    pub const MAX_ECCENTRICITY: f32 = 0.3;
+    /// What the pixel grid adds to the distance of two centres found from whole pixels, px.
+    pub const GRID_CENTRE: f32 = 0.5;
+    /// Widest open outline, in widths of a closed one inside it, that the closed one waits for: the smallest ratio, 0.1,
+    /// with room for perspective.
+    pub const MAX_GROWTH: i32 = 12;
+    /// Largest relative split of the two roots of the conic pencil that are equal for concentric circles.
+    pub const MAX_SPLIT: f32 = 0.06;
+    /// What one px of residual adds to it, times the inner semi-minor axis, px.
+    pub const SPLIT_PER_RESIDUAL: f32 = 4.0;
+    /// Ratio of the areas above which two circles are the two sides of a line.
+    pub const PENCIL_AREA_RATIO: f32 = 0.8;
+    /// A circle whose centre is off the line of the others by more than this many standard deviations ...
+    pub const MARK_SIGMAS: f32 = 5.0;
+    /// ... plus this, px (print), is a mark.
+    pub const MARK_OFFSET: f32 = 0.05;
+    /// Relative tolerance of a measured ratio against the wanted one. Radii of a blurred, unevenly lit or
+    /// gamma-distorted print are displaced by up to 0.2 px.
+    pub const RATIO_TOLERANCE: f32 = 0.04;
+    /// What an edge displacement adds to it, times the inner semi-minor axis, px.
+    pub const RATIO_TOLERANCE_EDGE: f32 = 0.25;
+    /// A mark in the middle is not a circle of the target: smallest ratio accepted where ratios are measured.
+    pub const MIN_MEASURED_RATIO: f32 = 0.18;
+    /// Smallest semi-minor axis of an inner circle, px.
+    pub const MIN_INNER_SEMI_AXIS: f32 = 2.5;
+    /// Largest RMS residual of an ellipse, px, for a small one ...
+    pub const MAX_RMS: f32 = 0.22;
+    /// ... and what each px of semi-minor axis adds (lens distortion, print).
+    pub const MAX_RMS_PER_AXIS: f32 = 0.004;
+    /// Largest share of the outline without edge points, in sectors of 32: above it the ellipse is a guess.
+    pub const MAX_GAP: u32 = 10;
+    /// Share that sets the flag `OCCLUDED`.
+    pub const FLAG_GAP: u32 = 3;
+    /// Below this contrast the flag `LOW_CONTRAST` is set, grey levels.
+    pub const FLAG_CONTRAST: f32 = 40.0;
+    /// Below this inner semi-minor axis or gap the flag `SMALL` is set, px.
+    pub const FLAG_SMALL: f32 = 4.0;
+    /// Residuals above this many RMS are outliers.
+    pub const OUTLIER: f32 = 3.5;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const _: () = assert!(TargetSpec::ring(0.5).is_ok());
+
+    #[test]
+    fn bad_ratios_are_refused_with_their_range() {
+        for bad in [0.0, 0.09, 0.96, 1.2, -1.0, f32::NAN, f32::INFINITY] {
+            assert!(matches!(TargetSpec::ring(bad), Err(SettingsError::Ratio { .. })), "{bad}");
+        }
+        assert!(matches!(TargetSpec::circles(&[0.5, 0.6]), Err(SettingsError::Ratio { .. })));
+        assert_eq!(TargetSpec::circles(&[]), Err(SettingsError::RatioCount { given: 0 }));
+        assert_eq!(TargetSpec::circles(&[0.9, 0.8, 0.7, 0.6]), Err(SettingsError::RatioCount { given: 4 }));
+        assert_eq!(TargetSpec::circles(&[0.75, 0.5]).unwrap().ratios(), [0.75, 0.5]);
+    }
+}
