@@ -177,7 +177,7 @@ fn choose(fitted: &FittedList, settings: &Settings) -> Result<FittedList, Reject
             wanted => match_ratios(&concentric, wanted).unwrap_or_default(),
         };
         if !inner.is_empty() {
-            let mut circles = list(core::iter::once(*outer).chain(inner));
+            let mut circles = list(core::iter::once(*outer).chain(inner.iter().copied()));
             drop_marks(&mut circles);
             return Ok(circles);
         }
@@ -225,29 +225,29 @@ fn match_ratios(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
     Some(matched)
 }
 
-/// A mark in the middle can be round without being concentric: the innermost of three or more circles goes until all lie
-/// where the others put them.
+/// A mark in the middle can be round without being concentric: the innermost of three or more circles goes while it does
+/// not lie where the others put it.
 fn drop_marks(circles: &mut FittedList) {
     while circles.len() > 2 {
-        let Some(perspective) = measured_perspective(circles) else { return };
-        let Some(centre) = combine(circles, perspective) else { return };
-        let Some(outer) = circles.first().map(|outer| outer.adjusted.shape) else { return };
-        // B(r) = C + K g(r), with K from the outer circle, whose g is 1 / (1 - t).
-        let (kx, ky) =
-            ((outer.cx - centre.x) * (1.0 - perspective), (outer.cy - centre.y) * (1.0 - perspective));
-        let fits = circles.iter().all(|circle| {
-            let square = circle.ratio * circle.ratio;
-            let g = square / (1.0 - perspective * square);
-            let Adjusted { shape, covariance, .. } = circle.adjusted;
-            let (dx, dy) = (shape.cx - centre.x - g * kx, shape.cy - centre.y - g * ky);
-            let sigma = math::sqrt(covariance.xx + covariance.yy);
-            math::sqrt(dx * dx + dy * dy) <= limits::MARK_SIGMAS * sigma + limits::MARK_OFFSET
-        });
-        if fits {
+        let Some(innermost) = circles.pop() else { return };
+        if mark_offset(circles, &innermost)
+            .is_some_and(|(offset, sigma)| offset <= limits::MARK_SIGMAS * sigma + limits::MARK_OFFSET)
+        {
+            let _ = circles.push(innermost);
             return;
         }
-        circles.pop();
     }
+}
+
+/// Distance of a circle's ellipse centre from where the others put it, and the standard deviation of that, px.
+fn mark_offset(others: &FittedList, circle: &Fitted) -> Option<(f32, f32)> {
+    let t = measured_perspective(others)?;
+    let line = combine(others, t)?;
+    let (x, y) = line.at(circle.ratio, t, others);
+    let Adjusted { shape, covariance, .. } = circle.adjusted;
+    let (dx, dy) = (shape.cx - x, shape.cy - y);
+    let variance = covariance.xx + covariance.yy + line.covariance.xx + line.covariance.yy;
+    Some((math::sqrt(dx * dx + dy * dy), math::sqrt(variance)))
 }
 
 /// A centre with its covariance, about the origin, px.
@@ -263,6 +263,32 @@ impl Centre {
         Self { x: adjusted.shape.cx, y: adjusted.shape.cy, covariance: adjusted.covariance }
     }
 
+    /// Where the line through this centre and the ellipse centres puts that of the circle with `ratio`: B = C + K g, with K
+    /// by least squares.
+    fn at(&self, ratio: f32, t: f32, circles: &FittedList) -> (f32, f32) {
+        let g = |ratio: f32| ratio * ratio / (1.0 - t * ratio * ratio);
+        let (mut kx, mut ky, mut norm) = (0.0, 0.0, 0.0);
+        for circle in circles {
+            let weight = g(circle.ratio) / variance(circle);
+            kx += weight * (circle.adjusted.shape.cx - self.x);
+            ky += weight * (circle.adjusted.shape.cy - self.y);
+            norm += weight * g(circle.ratio);
+        }
+        (self.x + g(ratio) * kx / norm, self.y + g(ratio) * ky / norm)
+    }
+
+    /// Mean square of the ellipse centres' distances from the line in units of their variance, where it is above 1: three
+    /// or more circles show errors that the residuals of each alone do not.
+    fn misfit(&self, circles: &FittedList, t: f32) -> f32 {
+        let Some(free) = circles.len().checked_sub(2).filter(|&free| free > 0) else { return 1.0 };
+        let squares = circles.iter().fold(0.0, |sum, circle| {
+            let (x, y) = self.at(circle.ratio, t, circles);
+            let (dx, dy) = (circle.adjusted.shape.cx - x, circle.adjusted.shape.cy - y);
+            sum + (dx * dx + dy * dy) / variance(circle)
+        });
+        (squares / free as f32).max(1.0)
+    }
+
     fn position(&self, origin: (u16, u16)) -> Position {
         Position::from_origin(i32::from(origin.0), i32::from(origin.1), self.x, self.y)
     }
@@ -272,9 +298,7 @@ impl Centre {
 fn combine(circles: &FittedList, t: f32) -> Option<Centre> {
     let mut inputs = Vec::<(f32, f32), MAX_CIRCLES>::new();
     for circle in circles {
-        let Covariance { xx, yy, .. } = circle.adjusted.covariance;
-        // A noise-free picture has no variance, and the weights need one.
-        inputs.push((circle.ratio, xx + yy + 1e-12)).ok()?;
+        inputs.push((circle.ratio, variance(circle))).ok()?;
     }
     let outer = circles.first()?.adjusted.shape;
     let mut centre = Centre { x: outer.cx, y: outer.cy, covariance: Covariance::default() };
@@ -288,7 +312,17 @@ fn combine(circles: &FittedList, t: f32) -> Option<Centre> {
         centre.covariance.xy += square * covariance.xy;
         centre.covariance.yy += square * covariance.yy;
     }
+    let excess = centre.misfit(circles, t);
+    centre.covariance.xx *= excess;
+    centre.covariance.xy *= excess;
+    centre.covariance.yy *= excess;
     Some(centre)
+}
+
+/// Variance of a circle's ellipse centre, both coordinates together. A picture without noise has none, and the weights
+/// need one.
+fn variance(circle: &Fitted) -> f32 {
+    circle.adjusted.covariance.xx + circle.adjusted.covariance.yy + 1e-12
 }
 
 /// t of [`crate::centre::perspective`] from the outer and the innermost circle.

@@ -1,6 +1,6 @@
 //! Fixed buffers, sized by the caller.
 
-use crate::scan::{BLOCK_ROWS, Crossing, KEPT_BLOCKS, Outline, Transition};
+use crate::scan::{BLOCK_ROWS, CELL_WIDTHS, Crossing, KEPT_BLOCKS, Outline, Transition};
 
 /// Transitions of a row that fit for each outline in the table.
 const TRANSITIONS_PER_OUTLINE: usize = 4;
@@ -17,7 +17,7 @@ const TRANSITIONS_PER_OUTLINE: usize = 4;
 #[derive(Debug)]
 pub struct Storage<const WIDTH: usize, const OUTLINES: usize, const CROSSINGS: usize> {
     rows: [[[u8; WIDTH]; BLOCK_ROWS]; KEPT_BLOCKS],
-    cells: [u8; WIDTH],
+    cells: [[u8; WIDTH]; CELL_WIDTHS],
     transitions: [[[Transition; TRANSITIONS_PER_OUTLINE]; OUTLINES]; 2],
     outlines: [Outline; OUTLINES],
     crossings: [Crossing; CROSSINGS],
@@ -41,7 +41,7 @@ impl<const WIDTH: usize, const OUTLINES: usize, const CROSSINGS: usize> Storage<
         const { Self::CHECKED };
         Self {
             rows: [[[0; WIDTH]; BLOCK_ROWS]; KEPT_BLOCKS],
-            cells: [0; WIDTH],
+            cells: [[0; WIDTH]; CELL_WIDTHS],
             transitions: [[[Transition::ZERO; TRANSITIONS_PER_OUTLINE]; OUTLINES]; 2],
             outlines: [Outline::ZERO; OUTLINES],
             crossings: [Crossing::ZERO; CROSSINGS],
@@ -52,7 +52,7 @@ impl<const WIDTH: usize, const OUTLINES: usize, const CROSSINGS: usize> Storage<
         let [previous, current] = &mut self.transitions;
         Buffers {
             rows: self.rows.as_flattened_mut().as_flattened_mut(),
-            cells: &mut self.cells,
+            cells: self.cells.as_flattened_mut(),
             previous: previous.as_flattened_mut(),
             current: current.as_flattened_mut(),
             outlines: &mut self.outlines,

@@ -20,6 +20,7 @@ pub(crate) use crossings::{Axis, Crossing, CrossingList, Pool};
 pub(crate) use outlines::{NONE, Outline, Outlines};
 pub(crate) use rows::{BLOCK_ROWS, KEPT_BLOCKS, Rows};
 pub(crate) use runs::Transition;
+pub(crate) use threshold::CELL_WIDTHS;
 
 use crate::reject::Dropped;
 use crate::storage::Buffers;

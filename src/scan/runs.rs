@@ -2,6 +2,9 @@
 
 use super::threshold::CELL;
 
+/// Pixels compared at a time: two cells.
+const PIXELS: usize = 2 * CELL;
+
 /// The first pixel of a run: a row turns dark at the even entries of its list and light at the odd ones.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Transition {
@@ -44,12 +47,13 @@ impl<'s> TransitionList<'s> {
         self.len = 0;
         let mut found = 0usize;
         let mut dark = 0u8;
-        for ((i, cell), &threshold) in row.as_chunks::<CELL>().0.iter().enumerate().zip(thresholds) {
-            let mask = below(cell, threshold);
+        let cells = row.as_chunks::<PIXELS>().0.iter().zip(thresholds.as_chunks::<2>().0);
+        for (i, (pixels, &thresholds)) in cells.enumerate() {
+            let mask = below(pixels, thresholds);
             let mut changes = mask ^ (mask << 1 | dark);
-            dark = mask >> (CELL - 1);
+            dark = mask >> (PIXELS - 1);
             while changes != 0 {
-                self.push(&mut found, (i * CELL) as u16 + changes.trailing_zeros() as u16);
+                self.push(&mut found, (i * PIXELS) as u16 + changes.trailing_zeros() as u16);
                 changes &= changes - 1;
             }
         }
@@ -69,13 +73,13 @@ impl<'s> TransitionList<'s> {
     }
 }
 
-/// One bit for each pixel of the cell that is below the threshold, first pixel lowest.
+/// One bit for each pixel of two cells that is below the cell's threshold, first pixel lowest.
 ///
 /// All eight at once: the comparison of bytes in a word, then the gathering of their top bits by a multiplication.
-fn below(cell: &[u8; CELL], threshold: u8) -> u8 {
+fn below(pixels: &[u8; PIXELS], [left, right]: [u8; 2]) -> u8 {
     const TOP: u64 = 0x8080_8080_8080_8080;
-    let x = u64::from_le_bytes(*cell);
-    let t = u64::from_le_bytes([threshold; CELL]);
+    let x = u64::from_le_bytes(*pixels);
+    let t = u64::from(left) * 0x0101_0101 + u64::from(right) * 0x0101_0101_0000_0000;
     // Difference of the low seven bits with a guard bit, then corrected by the top bits.
     let low = (x | TOP) - (t & !TOP);
     let less = ((!x & t) | (!(x ^ t) & !low)) & TOP;
@@ -87,13 +91,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn each_half_has_its_own_threshold() {
+        assert_eq!(below(&[100; PIXELS], [101, 100]), 0x0f);
+        assert_eq!(below(&[100; PIXELS], [0, 255]), 0xf0);
+    }
+
+    #[test]
     fn below_agrees_with_a_comparison_for_every_pair() {
         for threshold in 0..=255u8 {
             for level in 0..=255u8 {
-                for place in 0..CELL {
-                    let mut cell = [threshold; CELL];
-                    cell[place] = level;
-                    assert_eq!(below(&cell, threshold), u8::from(level < threshold) << place);
+                for place in 0..PIXELS {
+                    let mut pixels = [threshold; PIXELS];
+                    pixels[place] = level;
+                    assert_eq!(below(&pixels, [threshold; 2]), u8::from(level < threshold) << place);
                 }
             }
         }

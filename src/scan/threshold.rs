@@ -1,6 +1,6 @@
 //! The local threshold, from the rows themselves.
 //!
-//! The frame is divided into cells of 8 x 4 px. A cell's threshold is the middle between the darkest and the
+//! The frame is divided into cells of 4 x 4 px. A cell's threshold is the middle between the darkest and the
 //! brightest pixel of the 3 x 3 cells about it, if these differ by more than noise does. In flat surroundings there is
 //! no edge to place; there the threshold of the cell above is kept, so that the inside of a large dark circle stays
 //! dark, and is only pushed away where the light drifts towards it, so that shading makes no edge of its own.
@@ -9,7 +9,7 @@ use super::rows::{BLOCK_ROWS, KEPT_BLOCKS, Rows};
 use crate::settings::limits;
 
 /// Width of a cell, px.
-pub(crate) const CELL: usize = 8;
+pub(crate) const CELL: usize = 4;
 /// Ranges of grey levels told apart by the noise figure.
 const RANGES: usize = 64;
 /// Fractional bits of the smoothed noise figure.
@@ -18,7 +18,7 @@ const NOISE_BITS: u32 = 4;
 /// Extremes of the cells of three blocks of rows and the thresholds of one.
 #[derive(Debug)]
 pub(crate) struct Cells<'s> {
-    /// Eight sections: minima of three blocks, maxima of three blocks, thresholds, one spare.
+    /// Seven sections: minima of three blocks, maxima of three blocks, thresholds.
     data: &'s mut [u8],
     count: usize,
     blocks: u16,
@@ -26,6 +26,8 @@ pub(crate) struct Cells<'s> {
 }
 
 const THRESHOLDS: usize = 2 * KEPT_BLOCKS;
+/// Bytes needed for a frame as wide as the storage, in widths of the frame.
+pub(crate) const CELL_WIDTHS: usize = 2;
 
 impl<'s> Cells<'s> {
     pub fn new(data: &'s mut [u8]) -> Self {
@@ -33,7 +35,8 @@ impl<'s> Cells<'s> {
     }
 
     pub fn begin(&mut self, width: u16) {
-        self.count = usize::from(width).div_ceil(CELL);
+        // An even number: runs are found in eight pixels at a time.
+        self.count = usize::from(width).div_ceil(2 * CELL) * 2;
         self.blocks = 0;
         self.noise = 0;
     }
