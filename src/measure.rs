@@ -38,10 +38,10 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     }
     let edges = Edges { edges: &edges, origin };
     let pool = &mut scanner.pool;
-    let levels = Levels::measure(&edges, pool, BLUR_GUESS).ok_or(Reject::LowContrast)?;
+    let levels = Levels::first(&edges, pool, BLUR_GUESS).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
     let blur = edge::measure_blur(&edges, pool, &levels);
-    let levels = Levels::measure(&edges, pool, blur).ok_or(Reject::LowContrast)?;
+    let levels = levels.refined(&edges, pool, blur).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
     let fitted = fit_all(&edges, pool, &levels, blur)?;
     let circles = choose(&fitted, settings)?;

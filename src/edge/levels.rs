@@ -4,8 +4,6 @@ use super::{Edges, Local, normal};
 use crate::fit::{Factor, Matrix};
 use crate::scan::Pool;
 
-/// Passes over the samples; outliers are left out in the last.
-const PASSES: usize = 3;
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
 const OUTLIER: f32 = 0.25;
 /// Lightness that the levels of an edge are expected to have at the far samples before the near ones are asked.
@@ -23,15 +21,23 @@ pub(crate) struct Levels {
 }
 
 impl Levels {
-    /// Levels by least squares over samples of every edge, each with the lightness that the ellipses and a blur of
-    /// `sigma` px give it. Shading is multiplicative, so the plane's slope is proportional to the level.
-    pub fn measure(edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32) -> Option<Self> {
-        // With both levels 1 the first pass takes the plane as additive.
-        let mut levels = Self { dark: 1.0, bright: 1.0, gx: 0.0, gy: 0.0, clipped: false };
-        for pass in 0..PASSES {
-            levels = levels.refine(edges, pool, sigma, pass + 1 == PASSES)?;
-        }
-        Some(levels)
+    /// A first look at the levels, from some of the crossings and for a blur of `sigma` px.
+    pub fn first(edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32) -> Option<Self> {
+        // With both levels 1 the plane is additive, and nothing is known of outliers yet.
+        let unknown = Self { dark: 1.0, bright: 1.0, gx: 0.0, gy: 0.0, clipped: false };
+        unknown.refine(edges, pool, sigma, Pass::First)?.refine(
+            edges,
+            pool,
+            sigma,
+            Pass::Robust { every: false },
+        )
+    }
+
+    /// The levels by least squares over the samples of every crossing, each with the lightness that the ellipses and a
+    /// blur of `sigma` px give it. Shading is multiplicative, so the plane's slope is proportional to the level. What is
+    /// far from `self` is left out.
+    pub fn refined(&self, edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32) -> Option<Self> {
+        self.refine(edges, pool, sigma, Pass::Robust { every: true })
     }
 
     /// Bright minus dark at the origin, grey levels.
@@ -44,12 +50,13 @@ impl Levels {
         (level / (1.0 + self.gx * x + self.gy * y) - self.dark) / self.contrast()
     }
 
-    fn refine(&self, edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32, robust: bool) -> Option<Self> {
+    fn refine(&self, edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32, pass: Pass) -> Option<Self> {
         let mut normals = Normals::default();
         // Coordinates in units of the target's size keep the system well scaled.
         let size = edges.edges.first().map(|outer| outer.shape.semi_axes().0)?;
         for (k, edge) in edges.edges.iter().enumerate() {
-            for crossing in pool.iter(edge.crossings).step_by(edge.stride()) {
+            let stride = if pass == (Pass::Robust { every: true }) { 1 } else { edge.stride() };
+            for crossing in pool.iter(edge.crossings).step_by(stride) {
                 let Some(local) = edges.local(k, crossing) else { continue };
                 let [near_dark, _, _, near_light] = local.near(crossing);
                 let [far_dark, far_light] = local.far(crossing);
@@ -59,7 +66,7 @@ impl Levels {
                     let sample =
                         if sample.weight > CLEAR { sample } else { Sample::new(&local, near, sigma) };
                     let expected = self.level(&sample);
-                    if !robust || (sample.level - expected).abs() < OUTLIER * self.contrast() {
+                    if pass == Pass::First || (sample.level - expected).abs() < OUTLIER * self.contrast() {
                         normals.add(&sample, self.mixed(sample.lightness), size);
                     }
                 }
@@ -75,6 +82,15 @@ impl Levels {
     fn level(&self, sample: &Sample) -> f32 {
         self.mixed(sample.lightness) * (1.0 + self.gx * sample.x + self.gy * sample.y)
     }
+}
+
+/// How a pass over the crossings is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pass {
+    /// Some of the crossings, all of their samples.
+    First,
+    /// Some or all of the crossings, without outliers.
+    Robust { every: bool },
 }
 
 /// A grey level with the lightness that it should have.

@@ -3,7 +3,7 @@
 //! Everything here works on the concentric outlines of one candidate, whose shapes are known well enough to say on
 //! which side of which edge a sample lies.
 //!
-//! 1. [`Levels::measure`]: dark and bright level and one illumination plane for the target.
+//! 1. [`Levels`]: dark and bright level and one illumination plane for the target.
 //! 2. [`measure_blur`]: the standard deviation of the edges' profile.
 //! 3. [`place`]: matched filter of the four samples at each crossing.
 
