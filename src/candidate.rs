@@ -22,7 +22,9 @@ impl Waiting {
     pub fn add(&mut self, label: u16, scanner: &mut Scanner<'_>) -> Result<(), Reject> {
         let outline = *scanner.outlines.get(label).ok_or(Reject::BufferFull)?;
         let shape = shape(&outline)?;
-        let inner = self.take_inner(&outline, &shape, &mut scanner.outlines);
+        let limit = Offset { width: scanner.width(), grid: limits::GRID_CENTRE };
+        let inner =
+            self.take_inner(|inner| concentric(&outline, &shape, inner, &limit), &mut scanner.outlines);
         let ready = ready_row(&outline, scanner);
         if let Some(outline) = scanner.outlines.get_mut(label) {
             (outline.inner, outline.ready, outline.next) = (inner, ready, self.head);
@@ -36,11 +38,11 @@ impl Waiting {
         self.take(outlines, |_, outline| outline.ready <= rows)
     }
 
-    /// Takes the largest waiting outline that is concentric with `outline`.
-    fn take_inner(&mut self, outline: &Outline, shape: &Shape, outlines: &mut Outlines<'_>) -> u16 {
+    /// Takes the largest waiting outline that is `concentric`.
+    fn take_inner(&mut self, concentric: impl Fn(&Outline) -> bool, outlines: &mut Outlines<'_>) -> u16 {
         let (mut at, mut best, mut area) = (self.head, NONE, 0);
         while let Some(inner) = outlines.get(at) {
-            if inner.moments.area.abs() > area && concentric(outline, shape, inner) {
+            if inner.moments.area.abs() > area && concentric(inner) {
                 (best, area) = (at, inner.moments.area.abs());
             }
             at = inner.next;
@@ -106,17 +108,34 @@ pub(crate) fn shape(outline: &Outline) -> Result<Shape, Reject> {
 }
 
 /// Whether `inner`, closed before, can be a concentric circle inside `outline`.
-fn concentric(outline: &Outline, shape: &Shape, inner: &Outline) -> bool {
+fn concentric(outline: &Outline, shape: &Shape, inner: &Outline, offset: &Offset) -> bool {
     if !outline.surrounds(inner) || inner.bottom > outline.bottom {
         return false;
     }
     let (ox, oy) = origin(outline);
     let area = inner.moments.area as f32;
-    let offset = |sum: i64, origin: u16| (sum - i64::from(origin) * inner.moments.area) as f32 / area;
-    let (dx, dy) = (offset(inner.moments.x, ox) - shape.cx, offset(inner.moments.y, oy) - shape.cy);
-    let ratio_square = (area / outline.moments.area as f32).abs();
-    let limit = limits::MAX_ECCENTRICITY * (1.0 - ratio_square) + limits::GRID_CENTRE / shape.semi_axes().1;
+    let from = |sum: i64, origin: u16| (sum - i64::from(origin) * inner.moments.area) as f32 / area;
+    let (dx, dy) = (from(inner.moments.x, ox) - shape.cx, from(inner.moments.y, oy) - shape.cy);
+    let area_ratio = (area / outline.moments.area as f32).abs();
+    let limit = offset.limit(shape.semi_axes(), area_ratio);
     shape.square(dx, dy) <= limit * limit
+}
+
+/// How far apart the ellipse centres of concentric circles can be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Offset {
+    /// Width of the frame, px.
+    pub width: u16,
+    /// Uncertainty of the centres, px.
+    pub grid: f32,
+}
+
+impl Offset {
+    /// Largest distance in units of the outer ellipse with semi-axes `a`, `b`: B1 - B2 is sqrt(t) (1 - ratio^2) of it.
+    pub fn limit(&self, (a, b): (f32, f32), area_ratio: f32) -> f32 {
+        let focal_length = limits::MIN_FOCAL_LENGTH * f32::from(self.width);
+        (a / focal_length).min(limits::MAX_PERSPECTIVE) * (1.0 - area_ratio) + self.grid / b
+    }
 }
 
 /// Number of rows after which none of the open outlines can close around `inner` and be concentric with it.

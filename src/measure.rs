@@ -1,6 +1,6 @@
 //! A candidate, a chain of concentric outlines, to a target: the order of the stages from edge points to the centre.
 
-use crate::candidate;
+use crate::candidate::{self, Offset};
 use crate::centre::{Pencil, perspective, weights};
 use crate::edge::{self, Edge, Edges, Levels};
 use crate::fit::{Adjusted, Adjustment, Frame, Shape, Sums};
@@ -44,7 +44,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let levels = levels.refined(&edges, pool, blur).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
     let fitted = fit_all(&edges, pool, &levels, blur)?;
-    let circles = choose(&fitted, settings)?;
+    let circles = choose(&fitted, settings, scanner.width())?;
     assemble(&circles, settings, &levels, blur, origin)
 }
 
@@ -160,33 +160,37 @@ fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
 }
 
 /// The circles that make a target, outermost first, with their ratios.
-fn choose(fitted: &FittedList, settings: &Settings) -> Result<FittedList, Reject> {
+fn choose(fitted: &FittedList, settings: &Settings, width: u16) -> Result<FittedList, Reject> {
     let mut cause = Reject::Ratio;
     for (k, outer) in fitted.iter().enumerate() {
         let inside = fitted.get(k + 1..).unwrap_or(&[]);
         if outer.dark_inside != (settings.spec.polarity() == Polarity::Dark) || inside.is_empty() {
             continue;
         }
-        let concentric = list(inside.iter().filter_map(|inner| concentric(outer, inner)));
-        if concentric.is_empty() {
+        let concentric = inside.iter().filter_map(|inner| concentric(outer, inner, width));
+        let circles = list(core::iter::once(*outer).chain(concentric));
+        if circles.len() < 2 {
             cause = Reject::NotConcentric;
             continue;
         }
-        let inner = match settings.spec.ratios() {
-            [] => list(concentric.iter().copied().filter(|c| c.ratio >= limits::MIN_MEASURED_RATIO)),
-            wanted => match_ratios(&concentric, wanted).unwrap_or_default(),
+        let chosen = match settings.spec.ratios() {
+            [] => {
+                let mut chosen =
+                    list(circles.iter().copied().filter(|c| c.ratio >= limits::MIN_MEASURED_RATIO));
+                drop_marks(&mut chosen);
+                Some(chosen).filter(|chosen| chosen.len() >= 2)
+            }
+            wanted => match_lines(&circles, wanted).or_else(|| match_circles(&circles, wanted)),
         };
-        if !inner.is_empty() {
-            let mut circles = list(core::iter::once(*outer).chain(inner.iter().copied()));
-            drop_marks(&mut circles);
-            return Ok(circles);
+        if let Some(chosen) = chosen {
+            return Ok(chosen);
         }
     }
     Err(cause)
 }
 
 /// `inner` with its measured ratio, if it can be a circle concentric with `outer`.
-fn concentric(outer: &Fitted, inner: &Fitted) -> Option<Fitted> {
+fn concentric(outer: &Fitted, inner: &Fitted, width: u16) -> Option<Fitted> {
     let (large, small) = (outer.adjusted.shape, inner.adjusted.shape);
     let b = small.semi_axes().1;
     let frame = Frame::new(&large)?;
@@ -202,25 +206,54 @@ fn concentric(outer: &Fitted, inner: &Fitted) -> Option<Fitted> {
         (math::sqrt(area_ratio), math::sqrt(half * half + matrix.1 * matrix.1) / (matrix.0 + matrix.2))
     };
     let offset = math::sqrt(centre.0 * centre.0 + centre.1 * centre.1);
-    let max_offset =
-        limits::MAX_ECCENTRICITY * (1.0 - area_ratio) + limits::GRID_CENTRE / large.semi_axes().1;
+    let max_offset = Offset { width, grid: limits::FITTED_CENTRE }.limit(large.semi_axes(), area_ratio);
     let max_split = limits::MAX_SPLIT + limits::SPLIT_PER_RESIDUAL * inner.adjusted.rms / b;
     let fits = b >= limits::MIN_INNER_SEMI_AXIS && ratio < 1.0 && offset <= max_offset && split <= max_split;
     fits.then_some(Fitted { ratio, ..*inner })
 }
 
-/// For each wanted ratio the circle that comes nearest to it, with the wanted ratio instead of the measured one.
-fn match_ratios(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
-    let mut matched = FittedList::new();
+/// Relative tolerance of the ratio of an inner circle.
+fn ratio_tolerance(inner: &Fitted) -> f32 {
+    limits::RATIO_TOLERANCE + limits::RATIO_TOLERANCE_EDGE / inner.adjusted.shape.semi_axes().1
+}
+
+/// For each wanted ratio the circle that comes nearest to it, with the wanted ratio instead of the measured one. The
+/// outer circle is the first.
+fn match_circles(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
+    let (outer, inside) = circles.split_first()?;
+    let mut matched = list(core::iter::once(*outer));
     for &ratio in wanted {
         let off = |circle: &&Fitted| (circle.ratio / ratio - 1.0).abs();
-        let best = circles.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
-        let tolerance =
-            limits::RATIO_TOLERANCE + limits::RATIO_TOLERANCE_EDGE / best.adjusted.shape.semi_axes().1;
-        if off(&best) > tolerance {
+        let best = inside.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        if off(&best) > ratio_tolerance(best) {
             return None;
         }
         matched.push(Fitted { ratio, ..*best }).ok()?;
+    }
+    Some(matched)
+}
+
+/// The same for circles drawn as lines: the wanted radii are those of the lines' middles. Both sides of each line are
+/// taken, with their measured ratios.
+fn match_lines(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
+    let first = circles.first()?;
+    let line = |pair: &[Fitted]| match pair {
+        [a, b] if a.dark_inside == first.dark_inside && b.dark_inside != a.dark_inside => {
+            (b.ratio > limits::LINE_RATIO * a.ratio).then_some((0.5 * (a.ratio + b.ratio), *a, *b))
+        }
+        _ => None,
+    };
+    let (outer, a, b) = line(circles.get(..2)?)?;
+    let mut matched = list([a, b].into_iter());
+    for &ratio in wanted {
+        let off = |(middle, ..): &(f32, Fitted, Fitted)| (middle / (outer * ratio) - 1.0).abs();
+        let inside = circles.windows(2).skip(1).filter_map(line);
+        let best = inside.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        if off(&best) > ratio_tolerance(&best.2) {
+            return None;
+        }
+        matched.push(best.1).ok()?;
+        matched.push(best.2).ok()?;
     }
     Some(matched)
 }

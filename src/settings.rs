@@ -167,9 +167,9 @@ pub(crate) mod limits {
     /// Smallest local contrast that counts as an edge, grey levels: below it 8-bit quantisation and shading
     /// make contours of their own.
     pub const MIN_CONTRAST: u8 = 10;
-    /// The same as a multiple of the noise figure (the range that one cell in eight stays below, about 3.2 sigma):
-    /// 9.6 sigma, against 7.5 that the largest window of pure noise spans.
-    pub const CONTRAST_TO_NOISE: u8 = 3;
+    /// The same as a multiple of the noise figure (the range that one cell in eight stays below, about 2.6 sigma): 10 sigma.
+    /// In a frame of a million pixels the widest of all windows of pure noise spans 9.
+    pub const CONTRAST_TO_NOISE: u16 = 4;
     /// Smallest bounding box, px: a semi-axis of 2.5 px is the least at which an ellipse can be told from a square.
     pub const MIN_EXTENT: u16 = 5;
     /// Smallest semi-minor axis of the outer circle, px: below it the edges blur into each other.
@@ -179,11 +179,16 @@ pub(crate) mod limits {
     pub const AREA_TOLERANCE: f32 = 0.02;
     /// What the pixel grid adds to it, times the semi-minor axis, px.
     pub const AREA_TOLERANCE_GRID: f32 = 0.15;
-    /// Largest distance of two ellipse centres, in units of the outer ellipse and of 1 - ratio^2: sin(tilt) x
-    /// radius / distance of the target, so 0.3 leaves room for a 60 mm circle at 200 mm seen at 80 degrees.
-    pub const MAX_ECCENTRICITY: f32 = 0.3;
+    /// Largest perspective, sin(tilt) x radius / distance of the target: 0.3 leaves room for a 60 mm circle at 200 mm seen
+    /// at 80 degrees.
+    pub const MAX_PERSPECTIVE: f32 = 0.3;
+    /// Shortest focal length, in widths of the frame: a field of view of 127 degrees. It bounds the perspective of small
+    /// circles, because radius / distance = semi-major axis / focal length.
+    pub const MIN_FOCAL_LENGTH: f32 = 0.25;
     /// What the pixel grid adds to the distance of two centres found from whole pixels, px.
     pub const GRID_CENTRE: f32 = 0.5;
+    /// What remains of that between fitted ellipses (noise, print, distortion), px.
+    pub const FITTED_CENTRE: f32 = 0.2;
     /// Widest open outline, in widths of a closed one inside it, that the closed one waits for: the smallest ratio, 0.1,
     /// with room for perspective.
     pub const MAX_GROWTH: i32 = 12;
@@ -191,8 +196,10 @@ pub(crate) mod limits {
     pub const MAX_SPLIT: f32 = 0.06;
     /// What one px of residual adds to it, times the inner semi-minor axis, px.
     pub const SPLIT_PER_RESIDUAL: f32 = 4.0;
-    /// Ratio of the areas above which two circles are the two sides of a line.
+    /// Ratio of the areas above which the pencil has no single root.
     pub const PENCIL_AREA_RATIO: f32 = 0.8;
+    /// Ratio of the radii above which two circles can be the two sides of a line.
+    pub const LINE_RATIO: f32 = 0.7;
     /// A circle whose centre is off the line of the others by more than this many standard deviations ...
     pub const MARK_SIGMAS: f32 = 5.0;
     /// ... plus this, px (print), is a mark.

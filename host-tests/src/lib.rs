@@ -1,1 +1,12 @@
 //! Desktop side of `concentric`: the simulator and the commands of the program `concentric`.
+
+pub mod cli;
+pub mod demo;
+pub mod detect;
+pub mod link;
+pub mod measure;
+pub mod monitor;
+pub mod overlay;
+pub mod picture;
+pub mod render;
+pub mod table;

@@ -1,2 +1,5 @@
 //! The program `concentric`.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    concentric_host::cli::main()
+}

@@ -6,7 +6,7 @@ mod common;
 
 use common::{detect, errors};
 use concentric::{Target, TargetSpec};
-use concentric_host::render::Scene;
+use concentric_host::render::{Artwork, Mark, Scene, Style};
 
 /// Root of the mean square distance, px.
 fn rms(errors: &[(f64, f64)]) -> f64 {
@@ -69,5 +69,64 @@ fn pooled_accuracy() {
         }
         println!("noise {noise} pooled {:.4} px, missed {missed}, false {false_targets}, of {}", rms(&all), all.len() + missed);
     }
+    }
+}
+
+/// Frames with many targets: how many were there, found, false.
+fn crowd(width: u32, height: u32, seeds: std::ops::Range<u64>, change: impl Fn(&mut Scene)) -> [usize; 3] {
+    let mut counts = [0; 3];
+    for seed in seeds {
+        for spec in [TargetSpec::any(), TargetSpec::ring(0.5).unwrap()] {
+            let mut scene = Scene::many(60, width, height, true, seed).expect("sixty targets fit");
+            change(&mut scene);
+            let frame = scene.render(seed);
+            let (targets, summary) = detect(&frame, spec);
+            let (found, false_targets) = errors(&targets, &frame.truth);
+            for (dx, dy, t) in &found { if dx.hypot(*dy) > 0.1 { println!("off {:?} {:.3} {:?} {}", t.centre.to_px(), dx.hypot(*dy), t.flags.names().collect::<Vec<_>>(), t.circles[1].ellipse.b); } }
+            if found.len() < 60 || false_targets > 0 { 
+                for t in &frame.truth.targets { if !found.iter().any(|(dx,dy,f)| { let (x,y)=f.centre.to_px(); (t.x-x as f64).hypot(t.y-y as f64)<3.0 }) { println!("missed {:.1} {:.1} {:?}", t.x,t.y,t.circles.iter().map(|c| c.ellipse).collect::<Vec<_>>()); } }
+                println!("{width} seed {seed} {spec:?}: {} found, {false_targets} false {summary:?}", found.len()); }
+            counts[0] += frame.truth.targets.len();
+            counts[1] += found.len();
+            counts[2] += false_targets;
+        }
+    }
+    counts
+}
+
+#[test]
+fn sixty_targets_in_clutter() {
+    for (width, height) in [(640, 480), (1280, 1024)] {
+        println!("{width}: {:?}", crowd(width, height, 0..10, |_| ()));
+    }
+}
+
+#[test]
+fn exposures() {
+    for (black, white) in [(20.0, 60.0), (190.0, 240.0)] {
+        println!("{black}: {:?}", crowd(640, 480, 0..5, |scene| (scene.photometry.black, scene.photometry.white) = (black, white)));
+    }
+}
+
+#[test]
+fn marks_and_lines() {
+    let marks = [None, Some(Mark::Plus), Some(Mark::Dot), Some(Mark::Digits("58".into()))];
+    for radius in [10.0, 20.0, 40.0] {
+        for style in [Style::Bands, Style::Lines(1.0), Style::Lines(1.5)] {
+            for mark in &marks {
+                for spec in [TargetSpec::any(), TargetSpec::ring(0.5).unwrap()] {
+                    let mut all = vec![];
+                    let mut missed = 0;
+                    for tilt in [0.0, 20.0, 40.0, 60.0] {
+                        let cell = single(radius, tilt, 3, |scene| {
+                            scene.targets[0].artwork = Artwork { style, mark: mark.clone(), ..Artwork::annulus(radius, radius / 2.0) };
+                        }, spec);
+                        missed += cell.missed + cell.false_targets;
+                        all.extend(cell.errors);
+                    }
+                    println!("{radius} {style:?} {mark:?} {} rms {:.4} missed {missed}", spec.ratios().len(), rms(&all));
+                }
+            }
+        }
     }
 }

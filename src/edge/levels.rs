@@ -23,14 +23,11 @@ pub(crate) struct Levels {
 impl Levels {
     /// A first look at the levels, from some of the crossings and for a blur of `sigma` px.
     pub fn first(edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32) -> Option<Self> {
-        // With both levels 1 the plane is additive, and nothing is known of outliers yet.
+        // With both levels 1 the first plane is additive and only the levels are of use; the second is relative to them.
         let unknown = Self { dark: 1.0, bright: 1.0, gx: 0.0, gy: 0.0, clipped: false };
-        unknown.refine(edges, pool, sigma, Pass::First)?.refine(
-            edges,
-            pool,
-            sigma,
-            Pass::Robust { every: false },
-        )
+        let levels =
+            unknown.refine(edges, pool, sigma, Pass::First)?.refine(edges, pool, sigma, Pass::First)?;
+        levels.refine(edges, pool, sigma, Pass::Robust { every: false })
     }
 
     /// The levels by least squares over the samples of every crossing, each with the lightness that the ellipses and a

@@ -36,9 +36,10 @@ pub(crate) struct Edge {
 }
 
 impl Edge {
-    /// Every how many crossings one is taken for what the whole target shares.
+    /// Every how many crossings one is taken for what the whole target shares: an odd number, because a row leaves one on
+    /// the left and one on the right, and an even one would take only one side.
     fn stride(&self) -> usize {
-        usize::from(self.crossings.len() / SHARED_SAMPLES) + 1
+        usize::from(self.crossings.len() / SHARED_SAMPLES) | 1
     }
 }
 

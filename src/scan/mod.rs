@@ -61,6 +61,11 @@ impl<'s> Scanner<'s> {
         self.rows.capacity()
     }
 
+    /// Width of the frame.
+    pub fn width(&self) -> u16 {
+        self.rows.width()
+    }
+
     /// Height of the frame.
     pub fn height(&self) -> u16 {
         self.rows.height()

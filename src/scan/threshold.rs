@@ -53,8 +53,8 @@ impl<'s> Cells<'s> {
 
     /// Smallest difference of grey levels that counts as an edge.
     pub fn min_contrast(&self) -> u8 {
-        let noise = (self.noise >> NOISE_BITS) as u8;
-        limits::MIN_CONTRAST.max(noise.saturating_mul(limits::CONTRAST_TO_NOISE))
+        let contrast = (self.noise * limits::CONTRAST_TO_NOISE) >> NOISE_BITS;
+        limits::MIN_CONTRAST.max(contrast.min(255) as u8)
     }
 
     /// Takes the extremes of the next block of rows (its last rows are repeated where the frame ends).

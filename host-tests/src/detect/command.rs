@@ -1,0 +1,249 @@
+//! Arguments of `detect`, and its loop over the images.
+
+use std::{
+    collections::HashSet,
+    io::Write,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Result, anyhow, bail, ensure};
+use clap::{Args as ClapArgs, ValueEnum};
+use concentric::{Compensation, Settings, TargetSpec};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{Outcome, csv, json, listing, run};
+use crate::{overlay::Overlay, picture::Picture};
+
+/// Find targets in images and print their true centres.
+///
+/// Coordinates are px; the centre of the top-left pixel is (0, 0), x runs right, y down.
+#[derive(Clone, Debug, ClapArgs)]
+pub struct Args {
+    /// PNG, PGM or JPEG files, `-` for standard input
+    ///
+    /// 8 or 16 bit, grey or colour, told apart by content, not by name
+    #[arg(required = true, value_name = "IMAGE")]
+    images: Vec<PathBuf>,
+
+    /// Inner radii over the outer radius, or `any`
+    ///
+    /// One to three numbers of 0.1 to 0.95, descending, as in 0.5 or 0.75,0.5. With `any`, targets are two or more
+    /// concentric circles of whatever ratios, which are measured
+    #[arg(
+        long,
+        value_name = "R,R..|any",
+        default_value = "any",
+        value_parser = parse_spec,
+        allow_negative_numbers = true
+    )]
+    ratio: TargetSpec,
+
+    /// Look for light circles on a dark ground
+    #[arg(long)]
+    light: bool,
+
+    /// How the true centre is made from the ellipses
+    #[arg(long, value_enum, default_value_t = Mode::Exact)]
+    compensation: Mode,
+
+    /// Print one JSON object per image and line
+    #[arg(long, conflicts_with = "csv")]
+    json: bool,
+
+    /// Print one line of comma-separated values per target
+    #[arg(long)]
+    csv: bool,
+
+    /// Write an annotated picture; with several images FILE-IMAGE.png for each
+    ///
+    /// It shows the ellipses, their centres B1 and B2, the true centre C with its error, and rejected candidates with
+    /// the cause
+    #[arg(long, value_name = "FILE.png", value_parser = parse_png_path)]
+    overlay: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Mode {
+    /// The form of eq. (7) that holds under any perspective
+    Exact,
+    /// Eq. (7) of Huo et al. 2013
+    Eq7,
+    /// The centre of the outer ellipse
+    None,
+}
+
+impl From<Mode> for Compensation {
+    fn from(mode: Mode) -> Self {
+        match mode {
+            Mode::Exact => Self::Exact,
+            Mode::Eq7 => Self::Eq7,
+            Mode::None => Self::None,
+        }
+    }
+}
+
+fn parse_spec(text: &str) -> Result<TargetSpec> {
+    if text == "any" {
+        return Ok(TargetSpec::any());
+    }
+    let number = |part: &str| {
+        part.trim().parse::<f32>().map_err(|_| {
+            anyhow!(
+                "`{part}` is no number; allowed are `any` or one to three ratios of 0.1 to 0.95, \
+                 descending, as in 0.75,0.5"
+            )
+        })
+    };
+    let ratios = text.split(',').map(number).collect::<Result<Vec<_>>>()?;
+    Ok(TargetSpec::circles(&ratios)?)
+}
+
+/// A path for a picture that will be written.
+///
+/// # Errors
+/// A name that does not end in `.png`.
+pub fn parse_png_path(text: &str) -> Result<PathBuf> {
+    let path = PathBuf::from(text);
+    let png = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    ensure!(png, "the picture is written as PNG: the name must end in .png");
+    Ok(path)
+}
+
+/// Runs `detect`. Says on standard error which images failed, and whether all went well in the result.
+///
+/// # Errors
+/// Output that cannot be written.
+pub fn execute(args: &Args, out: &mut dyn Write) -> Result<bool> {
+    let spec = if args.light { args.ratio.light() } else { args.ratio };
+    let settings = Settings::new(spec).compensation(args.compensation.into());
+    let overlays = overlay_paths(args)?;
+    if args.csv {
+        out.write_all(csv::HEADER.as_bytes())?;
+    }
+    let bar = progress(args.images.len());
+    let mut all_well = true;
+    for (image, overlay) in args.images.iter().zip(overlays) {
+        bar.set_message(image.display().to_string());
+        match one(image, settings, overlay.as_deref()) {
+            Ok((picture, outcome)) => {
+                let text = if args.json {
+                    json::line(&picture, &outcome)?
+                } else if args.csv {
+                    csv::lines(&picture, &outcome)?
+                } else {
+                    listing::text(&picture, &outcome)
+                };
+                bar.suspend(|| out.write_all(text.as_bytes()).and_then(|()| out.flush()))?;
+            }
+            Err(error) => {
+                all_well = false;
+                let name = image.display();
+                bar.suspend(|| crate::cli::complain(&format!("{name}: {error:#}")));
+            }
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(all_well)
+}
+
+fn one(image: &Path, settings: Settings, overlay: Option<&Path>) -> Result<(Picture, Outcome)> {
+    let picture = Picture::read(image)?;
+    let outcome = run(&picture, settings)?;
+    if let Some(path) = overlay {
+        Overlay { picture: &picture, outcome: &outcome, truth: &[] }.draw()?.save(path)?;
+    }
+    Ok((picture, outcome))
+}
+
+fn progress(images: usize) -> ProgressBar {
+    if images < 2 {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {msg}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(images as u64).with_style(style)
+}
+
+/// Where the annotated picture of each image goes.
+fn overlay_paths(args: &Args) -> Result<Vec<Option<PathBuf>>> {
+    let Some(base) = &args.overlay else {
+        return Ok(vec![None; args.images.len()]);
+    };
+    let mut taken = HashSet::new();
+    let several = args.images.len() > 1;
+    let named = |image: &PathBuf| {
+        let mut path = if several { with_suffix(base, &stem(image)) } else { base.clone() };
+        for number in 2.. {
+            if taken.insert(path.clone()) {
+                break;
+            }
+            path = with_suffix(base, &format!("{}-{number}", stem(image)));
+        }
+        path
+    };
+    let paths: Vec<PathBuf> = args.images.iter().map(named).collect();
+    let inputs: HashSet<_> = args.images.iter().filter_map(|image| image.canonicalize().ok()).collect();
+    for path in &paths {
+        if path.canonicalize().is_ok_and(|path| inputs.contains(&path)) {
+            bail!("--overlay would overwrite the image {}; give another name", path.display());
+        }
+    }
+    Ok(paths.into_iter().map(Some).collect())
+}
+
+fn stem(image: &Path) -> String {
+    match image.file_stem() {
+        Some(stem) if image.as_os_str() != "-" => stem.to_string_lossy().into_owned(),
+        _ => "stdin".to_owned(),
+    }
+}
+
+fn with_suffix(base: &Path, suffix: &str) -> PathBuf {
+    base.with_file_name(format!("{}-{suffix}.png", base.file_stem().unwrap_or_default().to_string_lossy()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(text: &str) -> String {
+        format!("{:#}", parse_spec(text).unwrap_err())
+    }
+
+    #[test]
+    fn ratios() {
+        assert_eq!(parse_spec("any").unwrap(), TargetSpec::any());
+        assert_eq!(parse_spec("0.75, 0.5").unwrap().ratios(), [0.75, 0.5]);
+        for bad in ["1.2", "0", "0.5,0.6", "-1", "nan"] {
+            assert!(message(bad).contains("0.1..="), "{}", message(bad));
+        }
+        for bad in ["abc", "", "0.5,"] {
+            assert!(
+                message(bad).contains("is no number") && message(bad).contains("0.1 to 0.95"),
+                "{}",
+                message(bad)
+            );
+        }
+        assert!(message("0.9,0.8,0.7,0.6").contains("4 ratios given"));
+    }
+
+    fn paths(images: &[&str]) -> Vec<String> {
+        let args = Args {
+            images: images.iter().map(PathBuf::from).collect(),
+            ratio: TargetSpec::any(),
+            light: false,
+            compensation: Mode::Exact,
+            json: false,
+            csv: false,
+            overlay: Some("out/o.png".into()),
+        };
+        overlay_paths(&args).unwrap().into_iter().flatten().map(|path| path.display().to_string()).collect()
+    }
+
+    #[test]
+    fn each_image_has_its_own_overlay() {
+        assert_eq!(paths(&["a.jpg"]), ["out/o.png"]);
+        assert_eq!(paths(&["x/a.jpg", "-", "y/a.png"]), ["out/o-a.png", "out/o-stdin.png", "out/o-a-2.png"]);
+    }
+}

@@ -1,0 +1,112 @@
+//! One JSON object per image and line.
+
+use anyhow::Result;
+use concentric::{Circle, Dropped, Position, Rejects, Target};
+use serde::{Serialize, Serializer};
+
+use super::Outcome;
+use crate::picture::Picture;
+
+#[derive(Serialize)]
+struct Line<'a> {
+    image: &'a str,
+    width: usize,
+    height: usize,
+    ms: f64,
+    targets: Vec<TargetEntry>,
+    #[serde(serialize_with = "counts")]
+    rejected: &'a Rejects,
+    dropped: DroppedEntry,
+}
+
+#[derive(Serialize)]
+struct TargetEntry {
+    x: f64,
+    y: f64,
+    cov: [f32; 3],
+    eq7: Place,
+    circles: Vec<CircleEntry>,
+    eccentricity: f32,
+    contrast: f32,
+    blur: f32,
+    flags: Vec<&'static str>,
+}
+
+#[derive(Serialize)]
+struct Place {
+    x: f64,
+    y: f64,
+}
+
+#[derive(Serialize)]
+struct CircleEntry {
+    x: f64,
+    y: f64,
+    a: f32,
+    b: f32,
+    theta: f32,
+    rms: f32,
+    points: u16,
+}
+
+#[derive(Serialize)]
+struct DroppedEntry {
+    runs: u32,
+    outlines: u32,
+    crossings: u32,
+}
+
+/// The line for `picture`, its end included. Lengths in px, `cov` in px^2, angles in radians, `ms` in milliseconds.
+///
+/// # Errors
+/// None that a caller can cause.
+pub fn line(picture: &Picture, outcome: &Outcome) -> Result<String> {
+    let Dropped { runs, outlines, crossings } = outcome.summary.dropped;
+    let line = Line {
+        image: &picture.name,
+        width: picture.width,
+        height: picture.height,
+        ms: (outcome.elapsed.as_secs_f64() * 1e6).round() / 1e3,
+        targets: outcome.targets.iter().map(TargetEntry::from).collect(),
+        rejected: &outcome.summary.rejected,
+        dropped: DroppedEntry { runs, outlines, crossings },
+    };
+    Ok(serde_json::to_string(&line)? + "\n")
+}
+
+fn counts<S: Serializer>(rejects: &&Rejects, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(rejects.iter().map(|(cause, count)| (cause.name(), count)))
+}
+
+impl From<&Target> for TargetEntry {
+    fn from(target: &Target) -> Self {
+        let Place { x, y } = target.centre.into();
+        let cov = target.covariance;
+        Self {
+            x,
+            y,
+            cov: [cov.xx, cov.xy, cov.yy],
+            eq7: target.eq7.into(),
+            circles: target.circles.iter().map(CircleEntry::from).collect(),
+            eccentricity: target.eccentricity(),
+            contrast: target.contrast,
+            blur: target.blur,
+            flags: target.flags.names().collect(),
+        }
+    }
+}
+
+impl From<&Circle> for CircleEntry {
+    fn from(circle: &Circle) -> Self {
+        let Place { x, y } = circle.ellipse.centre.into();
+        let Circle { ellipse, rms, points, .. } = *circle;
+        Self { x, y, a: ellipse.a, b: ellipse.b, theta: ellipse.theta, rms, points }
+    }
+}
+
+impl From<Position> for Place {
+    fn from(position: Position) -> Self {
+        let [x, y] = crate::measure::px(position);
+        Self { x, y }
+    }
+}

@@ -1,0 +1,53 @@
+//! The command `detect`: photographs in, true centres out.
+
+pub mod command;
+mod csv;
+mod json;
+mod listing;
+
+use std::{
+    sync::{Mutex, PoisonError},
+    time::{Duration, Instant},
+};
+
+use anyhow::Result;
+use concentric::{Detector, MAX_WIDTH, Rejected, Settings, Storage, Summary, Target};
+
+use crate::picture::Picture;
+
+/// Room for photographs full of clutter. A static, because it is too large for a thread's stack.
+static STORAGE: Mutex<Storage<{ MAX_WIDTH as usize }, 4096, 60_000>> = Mutex::new(Storage::new());
+
+/// What the library made of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// The targets, in the order in which they closed.
+    pub targets: Vec<Target>,
+    /// The candidates that are none.
+    pub rejected: Vec<Rejected>,
+    /// Counts.
+    pub summary: Summary,
+    /// Time for the detection alone, without reading and decoding the picture.
+    pub elapsed: Duration,
+}
+
+/// Pushes `picture` through the library, row by row.
+///
+/// # Errors
+/// A picture that the library refuses.
+pub fn run(picture: &Picture, settings: Settings) -> Result<Outcome> {
+    let mut storage = STORAGE.lock().unwrap_or_else(PoisonError::into_inner);
+    let (mut targets, mut rejected) = (Vec::new(), Vec::new());
+    let (width, height) = (u16::try_from(picture.width)?, u16::try_from(picture.height)?);
+    let start = Instant::now();
+    let mut detector = Detector::new(settings, &mut *storage);
+    let mut scan = detector.begin_observed(width, height, |one: &Rejected| rejected.push(*one))?;
+    for row in picture.rows() {
+        targets.extend(scan.push_row(row)?);
+    }
+    let mut rest = scan.finish()?;
+    targets.extend(rest.by_ref());
+    let summary = rest.summary();
+    let elapsed = start.elapsed();
+    Ok(Outcome { targets, rejected, summary, elapsed })
+}

@@ -1,0 +1,204 @@
+//! The lines. Lengths in px, `cov` in px^2, angles in radians, as in the lines of `detect`.
+
+use std::f32::consts::PI;
+
+use concentric::report::{
+    CircleEntry, Details, FrameHead, FrameReport, Hello, Pixels, Shape, TargetEntry, Version,
+};
+use concentric::{Position, Rejects};
+use serde::{Serialize, Serializer};
+
+use super::Counts;
+
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+enum Line<'a> {
+    Hello {
+        firmware: String,
+        library: String,
+        pixels: &'static str,
+        position_scale: u32,
+        max_width: u16,
+        detail: String,
+    },
+    Frame {
+        seq: u32,
+        width: u16,
+        height: u16,
+        targets: Vec<Target>,
+        #[serde(serialize_with = "counts")]
+        rejected: &'a Rejects,
+        dropped: Dropped,
+    },
+    Summary(&'a Counts),
+}
+
+#[derive(Serialize)]
+struct Dropped {
+    runs: u32,
+    outlines: u32,
+    crossings: u32,
+    targets: u32,
+}
+
+/// What the report's level of detail leaves out is left out here too.
+#[derive(Default, Serialize)]
+struct Target {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    id: Option<u16>,
+    x: f64,
+    y: f64,
+    /// `null` when a standard deviation is 1 px or more.
+    cov: Option<[f32; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    eq7: Option<Place>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exact: Option<Place>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    circles: Vec<Circle>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contrast: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    blur: Option<f32>,
+    flags: Vec<&'static str>,
+}
+
+#[derive(Serialize)]
+struct Place {
+    x: f64,
+    y: f64,
+}
+
+#[derive(Serialize)]
+struct Circle {
+    #[serde(flatten)]
+    centre: Option<Place>,
+    a: f32,
+    b: f32,
+    theta: f32,
+    /// `null` when it is 1 px or more.
+    rms: Option<f32>,
+    #[serde(flatten)]
+    fit: Option<Fit>,
+}
+
+#[derive(Serialize)]
+struct Fit {
+    points: u16,
+    ratio: f32,
+}
+
+/// The line of a hello.
+pub(super) fn hello(hello: &Hello) -> String {
+    let version = |Version { major, minor, patch }| format!("{major}.{minor}.{patch}");
+    print(&Line::Hello {
+        firmware: version(hello.firmware),
+        library: version(hello.library),
+        pixels: match hello.pixels {
+            Pixels::CentresAtIntegers => "centres_at_integers",
+            _ => "unknown",
+        },
+        position_scale: hello.position_scale,
+        max_width: hello.max_width,
+        detail: format!("{:?}", hello.detail).to_lowercase(),
+    })
+}
+
+/// The line of a frame report.
+pub(super) fn frame(report: &FrameReport<'_>) -> String {
+    let FrameHead { seq, width, height, ref rejected, dropped, dropped_targets, .. } = report.head;
+    print(&Line::Frame {
+        seq,
+        width,
+        height,
+        targets: report.targets().map(Target::from).collect(),
+        rejected,
+        dropped: Dropped {
+            runs: dropped.runs,
+            outlines: dropped.outlines,
+            crossings: dropped.crossings,
+            targets: dropped_targets,
+        },
+    })
+}
+
+/// The line that ends the output.
+pub(super) fn summary(counts: &Counts) -> String {
+    print(&Line::Summary(counts))
+}
+
+fn print(line: &Line<'_>) -> String {
+    serde_json::to_string(line).expect("keys are strings")
+}
+
+fn counts<S: Serializer>(rejects: &&Rejects, serializer: S) -> Result<S::Ok, S::Error> {
+    let seen = rejects.iter().filter(|&(_, count)| count > 0);
+    serializer.collect_map(seen.map(|(cause, count)| (cause.name(), count)))
+}
+
+/// `units` of `1 / scale`; the largest number of them means "or more".
+fn spread(units: u16, scale: f32) -> Option<f32> {
+    (units < u16::MAX).then(|| f32::from(units) / scale)
+}
+
+impl From<TargetEntry> for Target {
+    fn from(entry: TargetEntry) -> Self {
+        let Place { x, y } = entry.centre.into();
+        let target = Self {
+            id: (entry.id > 0).then_some(entry.id),
+            x,
+            y,
+            cov: covariance(&entry),
+            flags: entry.flags.names().collect(),
+            ..Self::default()
+        };
+        match entry.details {
+            Details::Terse => target,
+            Details::Normal(shape) => Self { circles: vec![Circle::new(&shape)], ..target },
+            Details::Full(full) => Self {
+                eq7: Some(full.eq7.into()),
+                exact: Some(full.exact.into()),
+                circles: full.circles.iter().map(Circle::from).collect(),
+                contrast: Some(f32::from(full.contrast) / 16.0),
+                blur: Some(f32::from(full.blur) / 256.0),
+                ..target
+            },
+        }
+    }
+}
+
+fn covariance(entry: &TargetEntry) -> Option<[f32; 3]> {
+    let (x, y) = (spread(entry.sigma_x, 65536.0)?, spread(entry.sigma_y, 65536.0)?);
+    Some([x * x, f32::from(entry.correlation) / 127.0 * x * y, y * y])
+}
+
+impl Circle {
+    fn new(shape: &Shape) -> Self {
+        Self {
+            centre: None,
+            a: shape.a as f32 / 4096.0,
+            b: shape.b as f32 / 4096.0,
+            theta: f32::from(shape.theta) * (PI / 32768.0),
+            rms: spread(shape.rms, 65536.0),
+            fit: None,
+        }
+    }
+}
+
+impl From<&CircleEntry> for Circle {
+    fn from(entry: &CircleEntry) -> Self {
+        let ratio = f32::from(entry.ratio) / 65535.0;
+        Self {
+            centre: Some(entry.centre.into()),
+            fit: Some(Fit { points: entry.points, ratio }),
+            ..Self::new(&entry.shape)
+        }
+    }
+}
+
+impl From<Position> for Place {
+    fn from(position: Position) -> Self {
+        let px = |units: i32| f64::from(units) / f64::from(Position::SCALE);
+        Self { x: px(position.x), y: px(position.y) }
+    }
+}

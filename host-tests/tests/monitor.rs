@@ -1,0 +1,358 @@
+//! `concentric monitor` on streams from files, TCP and a serial line; whole, damaged, cut and silent.
+
+use std::{
+    fs,
+    io::Write,
+    net::TcpListener,
+    path::Path,
+    process::{Command, Stdio},
+    thread,
+};
+
+use clap::Parser;
+use concentric::report::{Detail, HELLO_MAX_LEN, Hello, Report, Version, max_len};
+use concentric::{Circle, Covariance, Dropped, Ellipse, Flags, Position, Reject, Summary, Target};
+use concentric_host::monitor::command::{Args, execute};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+#[derive(Parser)]
+struct Cli {
+    #[command(flatten)]
+    args: Args,
+}
+
+struct Outcome {
+    lines: Vec<Value>,
+    notes: String,
+    error: Option<String>,
+}
+
+impl Outcome {
+    fn summary(&self) -> &Value {
+        self.lines.last().unwrap()
+    }
+
+    fn seqs(&self) -> Vec<u64> {
+        self.lines.iter().filter_map(|line| line["seq"].as_u64()).collect()
+    }
+}
+
+fn monitor(arguments: &[&str]) -> Outcome {
+    let args = Cli::try_parse_from([&["monitor"], arguments].concat()).unwrap().args;
+    let (mut out, mut notes) = (Vec::new(), Vec::new());
+    let error = execute(&args, &mut out, &mut notes).err().map(|error| format!("{error:#}"));
+    let lines = String::from_utf8(out).unwrap();
+    let lines = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    Outcome { lines, notes: String::from_utf8(notes).unwrap(), error }
+}
+
+fn refusal(arguments: &[&str]) -> String {
+    Cli::try_parse_from([&["monitor"], arguments].concat()).err().expect("refused").to_string()
+}
+
+fn target() -> Target {
+    let at = |x: i32, y: i32| Position { x, y };
+    let circle = |ratio: f32| Circle {
+        ellipse: Ellipse { centre: at(66048, 131072), a: 64.25 * ratio, b: 32.5 * ratio, theta: 0.5 },
+        covariance: Covariance::default(),
+        rms: 0.03125,
+        points: 77,
+        ratio,
+    };
+    let mut target = Target {
+        centre: at(65536 + 16384, 2 * 65536 - 32768),
+        covariance: Covariance { xx: 1.0 / 16384.0, xy: 0.0, yy: 4.0 },
+        eq7: at(65536, 65536),
+        exact: at(-65536, 0),
+        contrast: 180.5,
+        blur: 0.75,
+        flags: Flags(Flags::LIGHT.0 | Flags::SMALL.0),
+        ..Target::default()
+    };
+    target.circles.push(circle(1.0)).unwrap();
+    target.circles.push(circle(0.5)).unwrap();
+    target
+}
+
+fn hello() -> Vec<u8> {
+    let firmware = Version { major: 3, minor: 2, patch: 1 };
+    Hello::new(firmware, 1280, Detail::Terse).encode(&mut [0; HELLO_MAX_LEN]).unwrap().to_vec()
+}
+
+fn frame(seq: u32, detail: Detail, targets: usize) -> Vec<u8> {
+    let mut report = Report::<4>::new(detail);
+    report.begin(seq);
+    (0..targets).for_each(|_| report.push(&target()));
+    let rejected = [(Reject::Alone, 3), (Reject::Ratio, 0)].into_iter().collect();
+    let dropped = Dropped { runs: 1, outlines: 2, crossings: 3 };
+    let summary = Summary { width: 640, height: 480, targets: targets as u32, rejected, dropped };
+    report.finish(&summary, &mut [0; max_len(4, Detail::Full)]).unwrap().to_vec()
+}
+
+fn stream(seqs: impl IntoIterator<Item = u32>) -> Vec<u8> {
+    let frames = seqs.into_iter().map(|seq| frame(seq, Detail::Normal, 1));
+    std::iter::once(hello()).chain(frames).flatten().collect()
+}
+
+fn file(folder: &TempDir, bytes: &[u8]) -> String {
+    let path = folder.path().join("stream.bin");
+    fs::write(&path, bytes).unwrap();
+    name(&path)
+}
+
+fn name(path: &Path) -> String {
+    path.to_str().unwrap().to_owned()
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+#[test]
+fn a_line_for_each_message() {
+    let folder = folder();
+    let bytes = [hello(), frame(7, Detail::Terse, 0), frame(8, Detail::Terse, 5)].concat();
+    let outcome = monitor(&[&file(&folder, &bytes)]);
+    let entry = json!({"x": 1.25, "y": 1.5, "cov": null, "flags": ["small", "light"]});
+    let frame = |seq: u32, targets: usize, dropped: usize| {
+        json!({"kind": "frame", "seq": seq, "width": 640, "height": 480, "targets": vec![&entry; targets],
+            "rejected": {"alone": 3}, "dropped": {"runs": 1, "outlines": 2, "crossings": 3, "targets": dropped}})
+    };
+    let expected = [
+        json!({"kind": "hello", "firmware": "3.2.1", "library": env!("CARGO_PKG_VERSION"), "max_width": 1280,
+            "pixels": "centres_at_integers", "position_scale": 65536, "detail": "terse"}),
+        frame(7, 0, 0),
+        frame(8, 4, 1),
+        json!({"kind": "summary", "bytes": bytes.len(), "hellos": 1, "frames": 2, "lost": 0, "restarts": 0,
+            "damaged": 0, "truncated": 0}),
+    ];
+    assert_eq!(outcome.lines, expected);
+    assert_eq!((outcome.notes.as_str(), outcome.error), ("", None));
+}
+
+#[test]
+fn each_level_of_detail_in_px_and_radians() {
+    let folder = folder();
+    let of = |detail| monitor(&[&file(&folder, &frame(1, detail, 1))]).lines[0]["targets"][0].clone();
+    let normal = of(Detail::Normal);
+    let theta = 0.49998188;
+    assert_eq!(normal["circles"], json!([{"a": 64.25, "b": 32.5, "theta": theta, "rms": 0.03125}]));
+    assert_eq!((&normal["eq7"], &normal["blur"]), (&Value::Null, &Value::Null));
+
+    let full = of(Detail::Full);
+    let ratio = 0.5000076;
+    assert_eq!(
+        full["circles"],
+        json!([
+            {"x": 1.0078125, "y": 2.0, "a": 64.25, "b": 32.5, "theta": theta, "rms": 0.03125, "points": 77, "ratio": 1.0},
+            {"x": 1.0078125, "y": 2.0, "a": 32.125, "b": 16.25, "theta": theta, "rms": 0.03125, "points": 77, "ratio": ratio},
+        ])
+    );
+    assert_eq!((&full["eq7"], &full["exact"]), (&json!({"x": 1.0, "y": 1.0}), &json!({"x": -1.0, "y": 0.0})));
+    assert_eq!((&full["contrast"], &full["blur"]), (&json!(180.5), &json!(0.75)));
+}
+
+#[test]
+fn covariance_is_made_of_sigmas_and_correlation() {
+    let folder = folder();
+    let covariance = Covariance { xx: 1.0 / 16384.0, xy: -1.0 / 65536.0, yy: 1.0 / 65536.0 };
+    let mut report = Report::<1>::new(Detail::Terse);
+    report.push(&Target { covariance, ..Target::default() });
+    let bytes = report.finish(&Summary::default(), &mut [0; 100]).unwrap().to_vec();
+    let line = monitor(&[&file(&folder, &bytes)]).lines[0].clone();
+    for (index, wanted) in [4.0, -2.0 * 64.0 / 127.0, 1.0].into_iter().enumerate() {
+        let found = line["targets"][0]["cov"][index].as_f64().unwrap() * 65536.0;
+        assert!((found - wanted).abs() < 1e-6, "{index}: {found}, not {wanted}");
+    }
+}
+
+#[test]
+fn gaps_are_lost_frames_and_going_back_is_a_restart() {
+    let folder = folder();
+    let counts = |seqs: &[u32]| {
+        let outcome = monitor(&[&file(&folder, &stream(seqs.iter().copied()))]);
+        assert_eq!(outcome.seqs().len(), seqs.len());
+        (outcome.summary()["lost"].as_u64().unwrap(), outcome.summary()["restarts"].as_u64().unwrap())
+    };
+    assert_eq!(counts(&[5, 6, 7]), (0, 0));
+    assert_eq!(counts(&[5, 7, 11]), (4, 0));
+    assert_eq!(counts(&[u32::MAX - 1, u32::MAX, 0, 1, 3]), (1, 0));
+    assert_eq!(counts(&[100, 101, 0, 1, 3]), (1, 1));
+    assert_eq!(counts(&[4, 4]), (0, 1));
+}
+
+#[test]
+fn damage_is_told_and_counted_and_the_rest_decoded() {
+    let folder = folder();
+    let (first, second) = (stream([0, 1]), frame(2, Detail::Normal, 1));
+    let mut damaged = second.clone();
+    let checksum = damaged.len() - 3;
+    damaged[checksum] ^= 0x40;
+    let bytes = [first.as_slice(), &damaged, &stream([3])].concat();
+    let path = file(&folder, &bytes);
+    let outcome = monitor(&[&path]);
+    assert_eq!(outcome.seqs(), [0, 1, 3]);
+    let summary = outcome.summary();
+    assert_eq!(
+        (&summary["damaged"], &summary["lost"], &summary["truncated"]),
+        (&json!(1), &json!(1), &json!(0))
+    );
+    let (len, at) = (second.len() - 1, first.len());
+    let note = format!("concentric: {path}: {len} bytes at byte {at}: checksum does not match\n");
+    assert_eq!((outcome.notes, outcome.error), (note, None));
+}
+
+#[test]
+fn a_stream_cut_in_mid_message_says_so() {
+    let folder = folder();
+    let whole = stream([0, 1, 2]);
+    let last = frame(2, Detail::Normal, 1).len();
+    for cut in 1..last {
+        let path = file(&folder, &whole[..whole.len() - cut]);
+        let outcome = monitor(&[&path]);
+        let pending = last - cut;
+        assert_eq!(outcome.seqs(), [0, 1]);
+        assert_eq!((&outcome.summary()["truncated"], &outcome.summary()["damaged"]), (&json!(1), &json!(0)));
+        let note = format!("the stream ends in mid-message: {pending} bytes after the last separator");
+        assert_eq!(outcome.notes, format!("concentric: {path}: {note}\n"));
+        assert_eq!(outcome.error, None);
+    }
+}
+
+#[test]
+fn what_is_no_stream_of_reports_is_an_error() {
+    let folder = folder();
+    let path = file(&folder, b"");
+    assert_eq!(monitor(&[&path]).error.unwrap(), format!("{path}: empty; wanted a stream of reports"));
+    let path = file(&folder, b"Dear Sir or Madam");
+    let outcome = monitor(&[&path]);
+    let wanted = "no report in 17 bytes; wanted the stream of a camera head";
+    assert_eq!(outcome.summary()["bytes"], 17);
+    assert_eq!(outcome.error.unwrap(), format!("{path}: {wanted}"));
+}
+
+#[test]
+fn a_source_that_cannot_be_read_is_named_with_the_cause() {
+    let folder = folder();
+    let missing = name(&folder.path().join("missing"));
+    let here = name(folder.path());
+    for source in [&missing, &here, "tcp:127.0.0.1:1", "/dev/tty_of_nobody"] {
+        let error = monitor(&[source]).error.unwrap();
+        assert!(error.starts_with(&format!("{source}: ")) && error.len() > source.len() + 10, "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+#[test]
+fn arguments_out_of_range_are_refused_with_what_is_allowed() {
+    for source in ["tcp:", "tcp:host", "tcp::5000", "tcp:host:0", "tcp:host:70000", "tcp:host:http"] {
+        assert!(refusal(&[source]).contains("wanted tcp:HOST:PORT with a port of 1 to 65535"), "{source}");
+    }
+    for seconds in ["0", "-1", "soon", "nan", "inf", "1e300"] {
+        let refusal = refusal(&["-", &format!("--timeout={seconds}")]);
+        assert!(refusal.contains("wanted a number of seconds above 0"), "{refusal}");
+    }
+    refusal(&["-", "--count=0"]);
+    refusal(&["-", "--baud=0"]);
+    refusal(&[]);
+}
+
+#[test]
+fn count_stops_and_raw_has_what_was_taken() {
+    let folder = folder();
+    let path = file(&folder, &stream(0..10));
+    let raw = name(&folder.path().join("raw"));
+    let outcome = monitor(&[&path, "--count", "4", "--raw", &raw]);
+    assert_eq!(outcome.seqs(), [0, 1, 2, 3]);
+    assert_eq!((&outcome.summary()["frames"], &outcome.summary()["truncated"]), (&json!(4), &json!(0)));
+    assert_eq!(fs::read(&raw).unwrap(), stream(0..4));
+
+    monitor(&[&path, "--raw", &raw]);
+    assert_eq!(fs::read(&raw).unwrap(), stream(0..10));
+}
+
+#[test]
+fn raw_spares_its_own_source_and_names_a_file_that_cannot_be_written() {
+    let folder = folder();
+    let path = file(&folder, &stream(0..3));
+    let error = monitor(&[&path, "--raw", &path]).error.unwrap();
+    assert_eq!(error, format!("{path}: cannot be read and recorded over at once"));
+    assert_eq!(fs::read(&path).unwrap(), stream(0..3));
+    let nowhere = name(&folder.path().join("no/such/folder"));
+    let error = monitor(&[&path, "--raw", &nowhere]).error.unwrap();
+    assert!(error.starts_with(&format!("{nowhere}: ")), "{error}");
+}
+
+#[test]
+fn quiet_prints_the_counts_only() {
+    let folder = folder();
+    let outcome = monitor(&["--quiet", &file(&folder, &stream([1, 2, 5]))]);
+    assert_eq!(outcome.lines.len(), 1);
+    assert_eq!((&outcome.summary()["frames"], &outcome.summary()["lost"]), (&json!(3), &json!(2)));
+}
+
+#[test]
+fn tcp_in_small_pieces() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let source = format!("tcp:{}", listener.local_addr().unwrap());
+    let head = thread::spawn(move || {
+        let (mut head, _) = listener.accept().unwrap();
+        head.set_nodelay(true).unwrap();
+        stream(0..20).chunks(7).for_each(|piece| head.write_all(piece).unwrap());
+    });
+    let outcome = monitor(&[&source]);
+    head.join().unwrap();
+    assert_eq!(outcome.seqs(), (0..20).collect::<Vec<_>>());
+    assert_eq!((outcome.notes.as_str(), outcome.error), ("", None));
+}
+
+#[test]
+fn silence_is_given_up_on() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let source = format!("tcp:{}", listener.local_addr().unwrap());
+    let head = thread::spawn(move || {
+        let (mut head, _) = listener.accept().unwrap();
+        head.write_all(&stream([4])).unwrap();
+        head
+    });
+    let outcome = monitor(&[&source, "--timeout", "0.2"]);
+    drop(head.join().unwrap());
+    assert_eq!(outcome.seqs(), [4]);
+    assert_eq!(outcome.error.unwrap(), format!("{source}: nothing arrived for 0.2 s"));
+}
+
+#[test]
+fn the_program_reads_standard_input_and_exits_2_on_errors() {
+    let program = |input: &[u8]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_concentric"));
+        command.args(["monitor", "-"]).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        child.stdin.take().unwrap().write_all(input).unwrap();
+        let output = child.wait_with_output().unwrap();
+        let [out, notes] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        (out.lines().count(), notes, output.status.code())
+    };
+    assert_eq!(program(&stream(0..5)), (7, String::new(), Some(0)));
+    let error = "concentric: standard input: empty; wanted a stream of reports\n".to_owned();
+    assert_eq!(program(b""), (1, error, Some(2)));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_serial_line() {
+    use serialport::{SerialPort, TTYPort};
+
+    let (mut head, line) = TTYPort::pair().unwrap();
+    let source = line.name().unwrap();
+    // All byte values cross the line unchanged.
+    let bytes = [stream(0..3), (1..=255).collect(), vec![0], stream(4..6)].concat();
+    let sender = thread::spawn(move || {
+        head.write_all(&bytes).unwrap();
+        head
+    });
+    let outcome = monitor(&[&source, "--count", "5", "--timeout", "10", "--baud", "921600"]);
+    drop(sender.join().unwrap());
+    assert_eq!((&outcome.summary()["damaged"], &outcome.summary()["lost"]), (&json!(1), &json!(1)));
+    assert_eq!((outcome.seqs(), outcome.error), (vec![0, 1, 2, 4, 5], None));
+}
