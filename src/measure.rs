@@ -61,7 +61,7 @@ fn collect(head: u16, origin: (u16, u16), scanner: &Scanner<'_>) -> Result<Vec<E
         let shift = |own: u16, origin: u16| (i32::from(origin) - i32::from(own)) as f32;
         let shape = candidate::shape(outline)?.about(shift(own.0, origin.0), shift(own.1, origin.1));
         let dark_inside = outline.moments.area > 0;
-        let _ = edges.push(Edge { shape, dark_inside, crossings: outline.crossings });
+        let _ = edges.push(Edge::new(shape, dark_inside, outline.crossings));
         at = outline.inner;
     }
     Ok(edges)
@@ -93,9 +93,13 @@ fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fitted, Rejec
     let mut sums = Sums::default();
     let points = || pool.iter(edge.crossings).filter_map(|crossing| edge_point(crossing, origin));
     points().for_each(|(x, y)| sums.add(x, y));
-    let first = adjust(sums.fit().ok_or(Reject::NotElliptic)?, points(), f32::INFINITY)?.0;
-    let limit = limits::OUTLIER * first.rms.max(1.0 / 256.0);
-    let (adjusted, sectors) = adjust(first.shape, points(), limit)?;
+    let start = sums.fit().ok_or(Reject::NotElliptic)?;
+    let mut step = adjust(start, points(), f32::INFINITY)?;
+    let limit = limits::OUTLIER * step.adjusted.rms.max(1.0 / 256.0);
+    if step.farthest > limit {
+        step = adjust(step.adjusted.shape, points(), limit)?;
+    }
+    let Step { adjusted, sectors, .. } = step;
     let (_, b) = adjusted.shape.semi_axes();
     let gap = longest_gap(sectors);
     if gap > limits::MAX_GAP {
@@ -119,24 +123,32 @@ fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
     })
 }
 
-/// One step from `shape` with the points nearer to it than `limit` px; also the sectors in which there are some.
-fn adjust(
-    shape: Shape,
-    points: impl Iterator<Item = (i32, i32)>,
-    limit: f32,
-) -> Result<(Adjusted, u32), Reject> {
+/// An adjustment with what else the points tell.
+struct Step {
+    adjusted: Adjusted,
+    /// Sectors in which there are points, one bit each.
+    sectors: u32,
+    /// Distance of the farthest point that was used from the ellipse before the step, px.
+    farthest: f32,
+}
+
+/// One step from `shape` with the points nearer to it than `limit` px.
+fn adjust(shape: Shape, points: impl Iterator<Item = (i32, i32)>, limit: f32) -> Result<Step, Reject> {
     let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
-    let mut sectors = 0u32;
+    let (mut sectors, mut farthest) = (0u32, 0.0f32);
     for (x, y) in points {
         let (x, y) = (x as f32 / 256.0, y as f32 / 256.0);
-        if adjustment.distance(x, y).abs() < limit {
-            adjustment.add(x, y);
-            let (u, v) = adjustment.in_circle(x, y);
-            let turn = math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI) + 1.0;
+        let point = adjustment.view(x, y);
+        let distance = point.square_distance();
+        if distance < limit * limit {
+            adjustment.add(&point);
+            farthest = farthest.max(distance);
+            let turn = math::approx::atan2(point.v, point.u) * (0.5 / core::f32::consts::PI) + 1.0;
             sectors |= 1u32.rotate_left((turn * SECTORS as f32) as u32 % SECTORS);
         }
     }
-    Ok((adjustment.finish().ok_or(Reject::NotElliptic)?, sectors))
+    let adjusted = adjustment.finish().ok_or(Reject::NotElliptic)?;
+    Ok(Step { adjusted, sectors, farthest: math::sqrt(farthest) })
 }
 
 /// Longest run of sectors without a point, around the circle.

@@ -3,6 +3,7 @@
 
 use std::env;
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
@@ -12,7 +13,7 @@ use concentric_host::picture::Picture;
 
 /// Runs the camera head in QEMU: it measures the images and sends its reports to whoever connects to its serial port.
 #[derive(Parser)]
-#[command(name = "cargo xtask mps2")]
+#[command(bin_name = "cargo xtask mps2")]
 struct Args {
     /// TCP port of this machine that serves as the head's serial port.
     #[arg(long, default_value_t = 5555, value_parser = clap::value_parser!(u16).range(1..))]
@@ -23,7 +24,7 @@ struct Args {
     /// The targets are light on dark.
     #[arg(long)]
     light: bool,
-    /// PNG, JPEG or PGM images up to 1280 px wide; without any, ten rendered frames.
+    /// PNG, JPEG or PGM images up to 2048 px wide; without any, ten rendered frames.
     images: Vec<PathBuf>,
 }
 
@@ -35,8 +36,17 @@ fn ratio(text: &str) -> Result<f32, String> {
         .ok_or_else(|| "must be a number from 0.1 to 0.95".into())
 }
 
-fn main() -> Result<()> {
-    let args = Args::parse();
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("cargo xtask mps2: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(args: &Args) -> Result<()> {
     let elf = env::var_os(ELF)
         .with_context(|| format!("{ELF} does not name a firmware; use `cargo xtask mps2`"))?;
     let frames = frames(&args.images)?;

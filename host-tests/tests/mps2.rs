@@ -1,6 +1,7 @@
 //! The firmware on an emulated Cortex-M4F sends, byte for byte, what the desktop computes.
 
 use std::env;
+use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
@@ -8,6 +9,7 @@ use concentric::report::{HELLO_MAX_LEN, Hello, Report, max_len};
 use concentric::{Detector, Image};
 use concentric_host::link::protocol::{Frame, HeadStorage, MAX_TARGETS, MAX_WIDTH, VERSION};
 use concentric_host::link::{ELF, Head, Serial, sample_frames};
+use concentric_host::picture::Picture;
 use concentric_host::render::{Artwork, Camera, Scene, Shading, Style};
 
 const ANY: u32 = 0;
@@ -135,7 +137,8 @@ impl Desktop {
 }
 
 fn boot() -> Result<Head> {
-    let elf = env::var_os(ELF).with_context(|| format!("{ELF} does not name a firmware; use `cargo xtask qemu`"))?;
+    let elf = env::var_os(ELF)
+        .with_context(|| format!("{ELF} does not name a firmware; use `cargo xtask qemu`"))?;
     Head::boot(Path::new(&elf), Serial::Here)
 }
 
@@ -164,6 +167,28 @@ fn twenty_frames_give_the_bytes_of_the_desktop() -> Result<()> {
     assert!(rest.is_empty(), "the head sent {} bytes more than its reports", rest.len());
     // Without targets the reports would be the same whatever is computed.
     assert!(targets > 300, "{targets} targets in all");
+    Ok(())
+}
+
+#[test]
+#[ignore = "runs in QEMU: cargo xtask qemu"]
+fn photographs_give_the_bytes_of_the_desktop() -> Result<()> {
+    let Some(folder) = env::var_os("CONCENTRIC_PHOTOS") else {
+        // Not by `eprintln!`, which the test harness keeps back from a test that passes.
+        writeln!(io::stderr(), "photographs skipped: set CONCENTRIC_PHOTOS to their folder")?;
+        return Ok(());
+    };
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder);
+    let (mut head, mut desktop) = (boot()?, Desktop::new());
+    let photographs = [("cctag-01.png", 4), ("ringgrid-board.png", 1), ("openmv-apriltags.pgm", 0)];
+    for (seq, (name, least)) in (1..).zip(photographs) {
+        let picture = Picture::read(&folder.join(name))?;
+        let case = Case::new(name, ANY, picture.width as u32, picture.pixels);
+        let answer = head.measure(case.frame, &case.pixels).context(name)?;
+        ensure!(head.report(answer.length)? == desktop.send(seq, &case)?, "{name}: the head's bytes differ");
+        ensure!(answer.targets >= least, "{name}: only {} targets", answer.targets);
+    }
+    head.exit(0)?;
     Ok(())
 }
 
@@ -209,8 +234,8 @@ fn a_head_that_refuses_a_frame_says_why_and_takes_the_next() -> Result<()> {
     let mut head = boot()?;
     let good = Case::new("good", ANY, 64, vec![200; 64 * 48]);
     let refusals = [
-        (Frame { width: 1284, height: 1, ..good.frame }, "wider than 1280 px"),
-        (Frame { width: 0, height: 0, ..good.frame }, "the frame is empty"),
+        (Frame { width: 2049, ..good.frame }, "wider than 2048 px"),
+        (Frame { width: 0, height: 0, ..good.frame }, "smaller than 8x8 px"),
         (Frame { ratio: Frame::RATIO_ONE * 6 / 5, ..good.frame }, "outside 0.1 to 0.95"),
     ];
     for (frame, reason) in refusals {

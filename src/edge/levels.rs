@@ -42,9 +42,12 @@ impl Levels {
         self.bright - self.dark
     }
 
-    /// Lightness, 0 dark to 1 bright, of `level` at `(x, y)` px from the origin.
-    pub fn lightness(&self, level: f32, (x, y): (f32, f32)) -> f32 {
-        (level / (1.0 + self.gx * x + self.gy * y) - self.dark) / self.contrast()
+    /// The levels along an axis through `point`, px from the origin, in the direction of the unit vector `axis`.
+    pub fn scale(&self, (x, y): (f32, f32), (ax, ay): (f32, f32)) -> Scale {
+        let light = 1.0 + self.gx * x + self.gy * y;
+        let slope = (self.gx * ax + self.gy * ay) / light;
+        let gain = 1.0 / (light * self.contrast());
+        Scale { gain, slope: gain * slope, dark: self.dark / self.contrast() }
     }
 
     fn refine(&self, edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32, pass: Pass) -> Option<Self> {
@@ -81,12 +84,28 @@ impl Levels {
     }
 }
 
+/// Grey levels to lightness, 0 dark to 1 bright, along an axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scale {
+    gain: f32,
+    slope: f32,
+    dark: f32,
+}
+
+impl Scale {
+    /// Lightness of `level` at `place` px from the point on the axis. The light's reciprocal is taken as linear there: for
+    /// 1 % change of light over a pixel that is right to 1e-4 within the samples.
+    pub fn lightness(&self, level: f32, place: f32) -> f32 {
+        level * (self.gain - self.slope * place) - self.dark
+    }
+}
+
 /// How a pass over the crossings is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Pass {
-    /// Some of the crossings, all of their samples.
+    /// Few of the crossings, all of their samples.
     First,
-    /// Some or all of the crossings, without outliers.
+    /// Few or all of the crossings, without outliers.
     Robust { every: bool },
 }
 
@@ -102,8 +121,8 @@ struct Sample {
 
 impl Sample {
     fn new(local: &Local, (place, level): (f32, f32), sigma: f32) -> Self {
-        let sigma = sigma / local.along;
-        let lightness = normal((place - local.offset) / sigma).0 + local.neighbours(place, sigma);
+        let k = local.along / sigma;
+        let lightness = normal((place - local.offset) * k).0 + local.neighbours(place, k);
         let flat = 1.0 - 2.0 * lightness.min(1.0 - lightness).max(0.0);
         let (x, y) = local.point(place);
         Self { x, y, level, lightness, weight: flat * flat * flat * flat }

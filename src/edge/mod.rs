@@ -18,28 +18,34 @@ use crate::fit::Shape;
 use crate::scan::{Axis, Crossing, CrossingList};
 use profile::normal;
 
-/// Crossings of an outline that are used for what the whole target shares (levels, blur).
-const SHARED_SAMPLES: u16 = 48;
+/// Crossings of an outline that are used for the blur and for a first look at the levels.
+const FEW: u16 = 16;
 /// Farthest that a crossing may lie from its outline's ellipse, px.
 const MAX_DISTANCE: f32 = 2.0;
 /// Farthest that another edge can lie to have a part in a sample's level, px on the axis.
-const MAX_GAP: f32 = 16.0;
+const MAX_GAP: f32 = 9.0;
 
 /// The edge of one circle of a candidate. Edges are sorted from the outermost to the innermost.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     /// Ellipse about the candidate's origin.
     pub shape: Shape,
+    /// Its semi-minor axis, px.
+    minor: f32,
     /// Dark inside, light outside.
     pub dark_inside: bool,
     pub crossings: CrossingList,
 }
 
 impl Edge {
+    pub fn new(shape: Shape, dark_inside: bool, crossings: CrossingList) -> Self {
+        Self { shape, minor: shape.semi_axes().1, dark_inside, crossings }
+    }
+
     /// Every how many crossings one is taken for what the whole target shares: an odd number, because a row leaves one on
     /// the left and one on the right, and an even one would take only one side.
     fn stride(&self) -> usize {
-        usize::from(self.crossings.len() / SHARED_SAMPLES) | 1
+        usize::from(self.crossings.len() / FEW) | 1
     }
 }
 
@@ -76,21 +82,24 @@ impl Edges<'_> {
         let y = (i32::from(crossing.y()) - i32::from(self.origin.1)) as f32;
         // The passage is half a pixel before (x, y).
         let (mx, my) = if crossing.axis() == Axis::Row { (x - 0.5, y) } else { (x, y - 0.5) };
-        let here = edge.shape.locate(mx, my)?;
-        let (cosine, across) = match crossing.axis() {
-            Axis::Row => (here.nx, here.ny),
-            Axis::Column => (here.ny, here.nx),
-        };
-        let along = cosine.abs();
-        let dominant = along > across.abs() || (along == across.abs() && crossing.axis() == Axis::Row);
         let [n0, n1, n2, n3] = crossing.near.map(i16::from);
         let rising = n2 + n3 > n0 + n1;
-        if !dominant || here.distance.abs() > MAX_DISTANCE || rising != ((cosine > 0.0) == edge.dark_inside) {
+        let ((gx, gy), _) = edge.shape.gradient(mx, my);
+        let (along, across) = if crossing.axis() == Axis::Row { (gx, gy) } else { (gy, gx) };
+        let dominant =
+            along.abs() > across.abs() || (along.abs() == across.abs() && crossing.axis() == Axis::Row);
+        if !dominant || rising != ((along > 0.0) == edge.dark_inside) {
             return None;
         }
+        let here = edge.shape.locate(mx, my).filter(|here| here.distance.abs() <= MAX_DISTANCE)?;
+        let cosine = if crossing.axis() == Axis::Row { here.nx } else { here.ny };
+        let along = cosine.abs();
         let towards_light = if rising { 1.0 } else { -1.0 };
         let gap = |neighbour: Option<&Edge>| {
-            let there = neighbour.filter(|n| n.dark_inside != edge.dark_inside)?.shape.locate(mx, my)?;
+            // Between similar ellipses the gap is narrowest on the minor axis.
+            let near = |n: &&Edge| (n.minor - edge.minor).abs() < MAX_GAP + 1.0;
+            let there =
+                neighbour.filter(|n| n.dark_inside != edge.dark_inside).filter(near)?.shape.locate(mx, my)?;
             Some((there.distance - here.distance).abs() / along).filter(|&gap| gap < MAX_GAP)
         };
         let outer = gap(k.checked_sub(1).and_then(|k| self.edges.get(k))).unwrap_or(f32::INFINITY);
@@ -126,11 +135,11 @@ impl Local {
         self.axis.0 + self.axis.1
     }
 
-    /// What the neighbouring edges add to the lightness at `place`, for a blur of `sigma` px along the axis.
-    fn neighbours(&self, place: f32, sigma: f32) -> f32 {
+    /// What the neighbouring edges add to the lightness at `place`, for a blur of `1 / k` px along the axis.
+    fn neighbours(&self, place: f32, k: f32) -> f32 {
         let p = place - self.offset;
-        let light = if self.light_gap < f32::INFINITY { normal((p - self.light_gap) / sigma).0 } else { 0.0 };
-        let dark = if self.dark_gap < f32::INFINITY { normal(-(p + self.dark_gap) / sigma).0 } else { 0.0 };
+        let light = if self.light_gap < f32::INFINITY { normal((p - self.light_gap) * k).0 } else { 0.0 };
+        let dark = if self.dark_gap < f32::INFINITY { normal(-(p + self.dark_gap) * k).0 } else { 0.0 };
         dark - light
     }
 

@@ -33,6 +33,24 @@ pub(crate) struct Adjusted {
     pub points: u16,
 }
 
+/// A point in the frame where the ellipse is the unit circle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View {
+    pub u: f32,
+    pub v: f32,
+    /// Value of the conic there.
+    residual: f32,
+    /// 1 / squared gradient of the conic in the image, px^2.
+    weight: f32,
+}
+
+impl View {
+    /// Squared distance from the ellipse, px^2, to first order.
+    pub fn square_distance(&self) -> f32 {
+        self.weight * self.residual * self.residual
+    }
+}
+
 impl Adjustment {
     /// `None` if `shape` is no ellipse.
     pub fn new(shape: Shape) -> Option<Self> {
@@ -40,19 +58,19 @@ impl Adjustment {
         Some(Self { shape, frame, m: [[0.0; 5]; 5], right: [0.0; 5], squares: 0.0, points: 0 })
     }
 
-    /// Distance of the point `(x, y)` px from the ellipse, px, to first order; positive outside.
-    pub fn distance(&self, x: f32, y: f32) -> f32 {
-        let (u, v) = self.in_circle(x, y);
-        0.5 * (u * u + v * v - 1.0) / math::sqrt(self.gradient_square(u, v))
+    /// The point `(x, y)` px as this ellipse sees it.
+    pub fn view(&self, x: f32, y: f32) -> View {
+        let (u, v) = self.frame.vector(x - self.shape.cx, y - self.shape.cy);
+        let gx = self.frame.l0 * u;
+        let gy = self.frame.l1 * u + self.frame.l2 * v;
+        // The conic's gradient is twice this one.
+        View { u, v, residual: u * u + v * v - 1.0, weight: 0.25 / (gx * gx + gy * gy) }
     }
 
-    /// Adds the point `(x, y)` px.
-    pub fn add(&mut self, x: f32, y: f32) {
-        let (u, v) = self.in_circle(x, y);
+    /// Adds a point.
+    pub fn add(&mut self, point: &View) {
+        let &View { u, v, residual, weight } = point;
         let (uu, vv) = (u * u, v * v);
-        let residual = uu + vv - 1.0;
-        // The conic's gradient is twice this one, the residual twice the relative distance.
-        let weight = 0.25 / self.gradient_square(u, v);
         let terms = [uu - vv, 2.0 * u * v, uu + vv, u, v];
         for i in 0..5 {
             let weighted = weight * terms[i];
@@ -61,7 +79,7 @@ impl Adjustment {
             }
             self.right[i] -= weighted * residual;
         }
-        self.squares += weight * residual * residual;
+        self.squares += point.square_distance();
         self.points = self.points.saturating_add(1);
     }
 
@@ -79,18 +97,6 @@ impl Adjustment {
             rms: math::sqrt(squares / f32::from(self.points)),
             points: self.points,
         })
-    }
-
-    /// The point in the frame where the ellipse is the unit circle.
-    pub fn in_circle(&self, x: f32, y: f32) -> (f32, f32) {
-        self.frame.vector(x - self.shape.cx, y - self.shape.cy)
-    }
-
-    /// Squared length of L' q.
-    fn gradient_square(&self, u: f32, v: f32) -> f32 {
-        let gx = self.frame.l0 * u;
-        let gy = self.frame.l1 * u + self.frame.l2 * v;
-        gx * gx + gy * gy
     }
 
     /// The ellipse after adding `step` to the conic.
@@ -163,7 +169,10 @@ mod tests {
 
     fn adjust(start: Shape, points: &[(f32, f32)]) -> Adjusted {
         let mut adjustment = Adjustment::new(start).unwrap();
-        points.iter().for_each(|&(x, y)| adjustment.add(x, y));
+        for &(x, y) in points {
+            let view = adjustment.view(x, y);
+            adjustment.add(&view);
+        }
         adjustment.finish().unwrap()
     }
 

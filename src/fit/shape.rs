@@ -34,12 +34,16 @@ impl Shape {
         dx * (self.axx * dx + self.axy * dy) + dy * (self.axy * dx + self.ayy * dy)
     }
 
+    /// A (p - c) at `(x, y)`: the direction of the outward normal, and the vector p - c.
+    pub fn gradient(&self, x: f32, y: f32) -> ((f32, f32), (f32, f32)) {
+        let (dx, dy) = (x - self.cx, y - self.cy);
+        ((self.axx * dx + self.axy * dy, self.axy * dx + self.ayy * dy), (dx, dy))
+    }
+
     /// Where `(x, y)` lies: outward unit normal and signed distance, px, positive outside. Exact on a circle and near
     /// the ellipse. `None` at the centre.
     pub fn locate(&self, x: f32, y: f32) -> Option<Located> {
-        let (dx, dy) = (x - self.cx, y - self.cy);
-        let gx = self.axx * dx + self.axy * dy;
-        let gy = self.axy * dx + self.ayy * dy;
+        let ((gx, gy), (dx, dy)) = self.gradient(x, y);
         let radius = math::sqrt(dx * gx + dy * gy);
         let norm = math::sqrt(gx * gx + gy * gy);
         (norm > 0.0).then(|| {

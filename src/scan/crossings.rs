@@ -31,8 +31,11 @@ const COLUMN: u16 = 1 << 15;
 impl Crossing {
     pub const ZERO: Self = Self { x: 0, y_axis: 0, near: [0; 4], far: [0; 2], next: 0 };
 
-    pub fn new(axis: Axis, x: u16, y: u16, near: [u8; 4], far: [u8; 2]) -> Self {
+    /// `samples` are at u = -4 to 3.
+    pub fn new(axis: Axis, x: u16, y: u16, samples: &[u8; 8]) -> Self {
         let y_axis = y | if axis == Axis::Column { COLUMN } else { 0 };
+        let [f0, _, n0, n1, n2, n3, _, f1] = *samples;
+        let (near, far) = ([n0, n1, n2, n3], [f0, f1]);
         Self { x, y_axis, near, far, next: NONE }
     }
 

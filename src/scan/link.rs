@@ -173,10 +173,8 @@ impl Linker<'_, '_> {
             return;
         }
         let start = usize::from(x - REACH);
-        if let Some(&[far0, _, n0, n1, n2, n3, _, far1]) =
-            self.rows.row(self.y).get(start..).and_then(|row| row.first_chunk::<8>())
-        {
-            self.keep(label, Crossing::new(Axis::Row, x, self.y, [n0, n1, n2, n3], [far0, far1]));
+        if let Some(samples) = self.rows.row(self.y).get(start..).and_then(|row| row.first_chunk()) {
+            self.keep(label, Crossing::new(Axis::Row, x, self.y, samples));
         }
     }
 
@@ -186,10 +184,10 @@ impl Linker<'_, '_> {
         if from >= to || y < REACH || y + REACH > self.rows.height() || !self.wants_crossings(label) {
             return;
         }
-        let rows = [y - 4, y - 2, y - 1, y, y + 1, y + 3].map(|y| self.rows.row(y));
+        let rows = [y - 4, y - 3, y - 2, y - 1, y, y + 1, y + 2, y + 3].map(|y| self.rows.row(y));
         for x in from..to {
-            let [far0, n0, n1, n2, n3, far1] = rows.map(|row| row.get(usize::from(x)).copied().unwrap_or(0));
-            self.keep(label, Crossing::new(Axis::Column, x, y, [n0, n1, n2, n3], [far0, far1]));
+            let samples = rows.map(|row| row.get(usize::from(x)).copied().unwrap_or(0));
+            self.keep(label, Crossing::new(Axis::Column, x, y, &samples));
         }
     }
 

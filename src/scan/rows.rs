@@ -48,11 +48,10 @@ impl<'s> Rows<'s> {
 
     pub fn push(&mut self, row: &[u8]) {
         let slot = self.slot(self.pushed);
-        if let Some(kept) = self.data.get_mut(slot) {
-            let padding = row.last().copied().unwrap_or(0);
-            for (to, from) in kept.iter_mut().zip(row.iter().copied().chain(core::iter::repeat(padding))) {
-                *to = from;
-            }
+        let kept = self.data.get_mut(slot).and_then(|kept| kept.split_at_mut_checked(row.len()));
+        if let Some((kept, padding)) = kept {
+            kept.copy_from_slice(row);
+            padding.fill(row.last().copied().unwrap_or(0));
         }
         self.pushed += 1;
     }

@@ -62,14 +62,12 @@ impl<'s> Cells<'s> {
         let first = self.blocks * BLOCK_ROWS as u16;
         let kept = usize::from(self.blocks) % KEPT_BLOCKS;
         let (minima, maxima) = (self.section(kept), self.section(KEPT_BLOCKS + kept));
-        for (i, y) in (first..first + BLOCK_ROWS as u16).enumerate() {
-            let (low, high) = self.data.split_at_mut_checked(maxima.start).unwrap_or((&mut [], &mut []));
-            let low = low.get_mut(minima.clone()).unwrap_or(&mut []).iter_mut();
-            let high = high.get_mut(..self.count).unwrap_or(&mut []).iter_mut();
-            for ((low, high), cell) in low.zip(high).zip(rows.row(y).as_chunks::<CELL>().0) {
-                let (min, max) = extremes(cell);
-                (*low, *high) = if i == 0 { (min, max) } else { (min.min(*low), max.max(*high)) };
-            }
+        let (low, high) = self.data.split_at_mut_checked(maxima.start).unwrap_or_default();
+        let low = low.get_mut(minima.clone()).unwrap_or_default().as_chunks_mut::<2>().0;
+        let high = high.get_mut(..self.count).unwrap_or_default().as_chunks_mut::<2>().0;
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| rows.row(first + i).as_chunks::<{ 2 * CELL }>().0.iter());
+        for (((((low, high), a), b), c), d) in low.iter_mut().zip(high).zip(a).zip(b).zip(c).zip(d) {
+            (*low, *high) = extremes([a, b, c, d]);
         }
         self.blocks += 1;
         self.update_noise(minima, maxima);
@@ -100,35 +98,26 @@ impl<'s> Cells<'s> {
     pub fn update_thresholds(&mut self) {
         let contrast = self.min_contrast();
         let first_block = self.blocks == 2;
-        for cell in 0..self.count {
-            let (low, high) = self.neighbourhood(cell);
-            let held = self.thresholds().get(cell).copied().filter(|_| !first_block);
-            let threshold = if high.saturating_sub(low) >= contrast {
+        let (extremes, thresholds) =
+            self.data.split_at_mut_checked(THRESHOLDS * self.count).unwrap_or_default();
+        let (minima, maxima) = extremes.split_at(extremes.len() / 2);
+        let columns = |sections| Columns::new(sections, self.count, first_block);
+        let (minima, maxima) = (columns(minima), columns(maxima));
+        let column = |cell: usize| (minima.get(cell, u8::min), maxima.get(cell, u8::max));
+        let mut here = column(0);
+        let mut left = here;
+        for (cell, threshold) in thresholds.iter_mut().take(self.count).enumerate() {
+            let right = if cell + 1 < self.count { column(cell + 1) } else { here };
+            let low = left.0.min(here.0).min(right.0);
+            let high = left.1.max(here.1).max(right.1);
+            let held = if first_block { None } else { Some(*threshold) };
+            *threshold = if high.saturating_sub(low) >= contrast {
                 mean(low, high)
             } else {
                 keep_off(held, mean(low, high), contrast)
             };
-            let section = self.section(THRESHOLDS);
-            if let Some(kept) = self.data.get_mut(section).and_then(|t| t.get_mut(cell)) {
-                *kept = threshold;
-            }
+            (left, here) = (here, right);
         }
-    }
-
-    /// Extremes of the 3 x 3 cells about `cell` of the block in work.
-    fn neighbourhood(&self, cell: usize) -> (u8, u8) {
-        let cells = cell.saturating_sub(1)..(cell + 2).min(self.count);
-        let blocks = KEPT_BLOCKS.min(usize::from(self.blocks));
-        let newest = usize::from(self.blocks) + KEPT_BLOCKS - 1;
-        (0..blocks).fold((u8::MAX, 0), |(low, high), back| {
-            let kept = (newest - back) % KEPT_BLOCKS;
-            let section =
-                |i| self.data.get(self.section(i)).and_then(|s| s.get(cells.clone())).unwrap_or(&[]);
-            (
-                section(kept).iter().fold(low, |a, b| a.min(*b)),
-                section(KEPT_BLOCKS + kept).iter().fold(high, |a, b| a.max(*b)),
-            )
-        })
     }
 
     fn section(&self, i: usize) -> core::ops::Range<usize> {
@@ -151,6 +140,31 @@ fn mean(low: u8, high: u8) -> u8 {
     (u16::from(low) + u16::from(high)).div_ceil(2) as u8
 }
 
-fn extremes(cell: &[u8; CELL]) -> (u8, u8) {
-    cell.iter().fold((u8::MAX, 0), |(low, high), &level| (low.min(level), high.max(level)))
+/// The cells of three blocks, one above the other.
+struct Columns<'c>([&'c [u8]; KEPT_BLOCKS]);
+
+impl<'c> Columns<'c> {
+    /// Nothing is above the first block: the one below it stands for that too.
+    fn new(sections: &'c [u8], count: usize, first_block: bool) -> Self {
+        let (first, rest) = sections.split_at_checked(count).unwrap_or_default();
+        let (second, third) = rest.split_at_checked(count).unwrap_or_default();
+        Self([first, second, if first_block { second } else { third }])
+    }
+
+    fn get(&self, cell: usize, choose: impl Fn(u8, u8) -> u8) -> u8 {
+        match self.0.map(|section| section.get(cell)) {
+            [Some(a), Some(b), Some(c)] => choose(*a, choose(*b, *c)),
+            _ => 0,
+        }
+    }
+}
+
+/// Smallest and largest levels of two cells side by side. All columns first, because those are done eight at a time.
+fn extremes([a, b, c, d]: [&[u8; 2 * CELL]; BLOCK_ROWS]) -> ([u8; 2], [u8; 2]) {
+    let low: [u8; 2 * CELL] = core::array::from_fn(|i| a[i].min(b[i]).min(c[i].min(d[i])));
+    let high: [u8; 2 * CELL] = core::array::from_fn(|i| a[i].max(b[i]).max(c[i].max(d[i])));
+    let least = |[a, b, c, d]: [u8; CELL]| a.min(b).min(c.min(d));
+    let most = |[a, b, c, d]: [u8; CELL]| a.max(b).max(c.max(d));
+    let halves = |[a, b, c, d, e, f, g, h]: [u8; 2 * CELL]| [[a, b, c, d], [e, f, g, h]];
+    (halves(low).map(least), halves(high).map(most))
 }
