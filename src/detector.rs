@@ -8,7 +8,7 @@ use crate::reject::{Observer, Reject, Rejected};
 use crate::scan::{NONE, Scanner};
 use crate::settings::Settings;
 use crate::storage::Storage;
-use crate::summary::Summary;
+use crate::summary::{Summary, Used};
 use crate::target::{Position, Target};
 
 /// Widest frame, px.
@@ -151,6 +151,12 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         }
     }
 
+    fn summary(&self) -> Summary {
+        let Scanner { outlines, pool, dropped, .. } = &self.detector.scanner;
+        let used = Used { outlines: outlines.used(), crossings: pool.used() };
+        Summary { dropped: *dropped, used, ..self.summary }
+    }
+
     fn reject(&mut self, label: u16, cause: Reject) {
         self.summary.rejected.add(cause);
         if let Some(outline) = self.detector.scanner.outlines.get(label) {
@@ -209,7 +215,7 @@ impl<O: Observer> Rest<'_, '_, O> {
     /// What the frame came to. Targets that were not taken from the iterator are measured and counted, but lost.
     pub fn summary(mut self) -> Summary {
         while self.next().is_some() {}
-        Summary { dropped: self.scan.detector.scanner.dropped, ..self.scan.summary }
+        self.scan.summary()
     }
 }
 
@@ -265,7 +271,7 @@ impl Detection<'_, '_, '_> {
     /// What the image came to; what was not looked at yet is looked at first.
     pub fn summary(mut self) -> Summary {
         while self.next().is_some() {}
-        Summary { dropped: self.scan.detector.scanner.dropped, ..self.scan.summary }
+        self.scan.summary()
     }
 }
 

@@ -70,5 +70,5 @@ pub use detector::{
 pub use reject::{Dropped, Observer, Reject, Rejected, Rejects};
 pub use settings::{Compensation, MAX_SPEC_CIRCLES, Polarity, Settings, SettingsError, TargetSpec};
 pub use storage::Storage;
-pub use summary::Summary;
+pub use summary::{Summary, Used};
 pub use target::{Circle, Covariance, Ellipse, Flags, MAX_CIRCLES, Position, Target};

@@ -2,6 +2,17 @@
 
 use crate::reject::{Dropped, Rejects};
 
+/// Most that a frame needed of each buffer of the [`Storage`](crate::Storage) at a time. Where nothing was dropped, a
+/// storage of this size is enough for the frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Used {
+    /// Outlines.
+    pub outlines: u16,
+    /// Crossings.
+    pub crossings: u16,
+}
+
 /// What a frame came to, apart from its targets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -16,4 +27,6 @@ pub struct Summary {
     pub rejected: Rejects,
     /// What full buffers cost.
     pub dropped: Dropped,
+    /// What it needed of the buffers. Not part of the report.
+    pub used: Used,
 }

@@ -28,7 +28,8 @@ pub fn errors<'t>(targets: &'t [Target], truth: &Truth) -> (Vec<(f64, f64, &'t T
         .iter()
         .filter_map(|truth| {
             let near = targets.iter().map(|t| (place(t), t)).map(|((x, y), t)| (truth.x - x, truth.y - y, t));
-            near.filter(|(dx, dy, _)| dx.hypot(*dy) < 2.0).min_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)))
+            near.filter(|(dx, dy, _)| dx.hypot(*dy) < 2.0)
+                .min_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)))
         })
         .collect();
     let false_targets = targets.len().saturating_sub(errors.len());
