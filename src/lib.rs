@@ -54,6 +54,8 @@ pub mod centre;
 mod detector;
 mod edge;
 mod fit;
+#[cfg(feature = "hal")]
+pub mod head;
 mod math;
 mod measure;
 mod reject;
@@ -72,3 +74,8 @@ pub use settings::{Compensation, MAX_SPEC_CIRCLES, Polarity, Settings, SettingsE
 pub use storage::Storage;
 pub use summary::{Summary, Used};
 pub use target::{Circle, Covariance, Ellipse, Flags, MAX_CIRCLES, Position, Target};
+
+/// The README's example is compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

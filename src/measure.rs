@@ -229,8 +229,8 @@ fn ratio_tolerance(inner: &Fitted) -> f32 {
     limits::RATIO_TOLERANCE + limits::RATIO_TOLERANCE_EDGE / inner.adjusted.shape.semi_axes().1
 }
 
-/// For each wanted ratio the circle that comes nearest to it, with the wanted ratio instead of the measured one. The
-/// outer circle is the first.
+/// For each wanted ratio the circle that comes nearest to it. Its ratio is then the wanted one, unless that is farther off
+/// than edges displaced by uneven light or the print explain. The outer circle is the first.
 fn match_circles(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
     let (outer, inside) = circles.split_first()?;
     let mut matched = list(core::iter::once(*outer));
@@ -240,6 +240,7 @@ fn match_circles(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
         if off(&best) > ratio_tolerance(best) {
             return None;
         }
+        let ratio = if off(&best) <= 0.25 * ratio_tolerance(best) { ratio } else { best.ratio };
         matched.push(Fitted { ratio, ..*best }).ok()?;
     }
     Some(matched)

@@ -11,7 +11,7 @@ const TRANSITIONS_PER_OUTLINE: usize = 4;
 /// * `OUTLINES`: outlines that can be open or waiting at the same time; at most 65534. An open target has one for each
 ///   circle; clutter that crosses the same rows counts too. Four transitions a row for each of them.
 /// * `CROSSINGS`: places where the rows and columns under way cross an outline; at most 65535. A circle of radius R px
-///   takes about 7.6 R of them from its first row until its target is measured.
+///   takes about 6.2 R of them from its first row until its target is measured.
 ///
 /// All zero at first, so that a `static` costs no flash.
 #[derive(Debug)]

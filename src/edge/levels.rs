@@ -2,7 +2,7 @@
 
 use super::{Edges, Local, normal};
 use crate::fit::{Factor, Matrix};
-use crate::scan::Pool;
+use crate::scan::{Crossing, Pool};
 
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
 const OUTLIER: f32 = 0.25;
@@ -23,10 +23,11 @@ pub(crate) struct Levels {
 impl Levels {
     /// A first look at the levels, from some of the crossings and for a blur of `sigma` px.
     pub fn first(edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32) -> Option<Self> {
-        // With both levels 1 the first plane is additive and only the levels are of use; the second is relative to them.
+        // With both levels 1 the first plane is additive: it is that of the mean level.
         let unknown = Self { dark: 1.0, bright: 1.0, gx: 0.0, gy: 0.0, clipped: false };
-        let levels =
-            unknown.refine(edges, pool, sigma, Pass::First)?.refine(edges, pool, sigma, Pass::First)?;
+        let first = unknown.refine(edges, pool, sigma, Pass::First)?;
+        let mean = 0.5 * (first.dark + first.bright);
+        let levels = Self { gx: first.gx / mean, gy: first.gy / mean, ..first };
         levels.refine(edges, pool, sigma, Pass::Robust { every: false })
     }
 
@@ -53,34 +54,29 @@ impl Levels {
     fn refine(&self, edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32, pass: Pass) -> Option<Self> {
         let mut normals = Normals::default();
         // Coordinates in units of the target's size keep the system well scaled.
-        let size = edges.edges.first().map(|outer| outer.shape.semi_axes().0)?;
+        let scale = edges.edges.first().map(|outer| 1.0 / outer.shape.semi_axes().0)?;
         for (k, edge) in edges.edges.iter().enumerate() {
+            let Some(views) = edges.views(k) else { continue };
             let stride = if pass == (Pass::Robust { every: true }) { 1 } else { edge.stride() };
             for crossing in pool.iter(edge.crossings).step_by(stride) {
-                let Some(local) = edges.local(k, crossing) else { continue };
-                let [near_dark, _, _, near_light] = local.near(crossing);
-                let [far_dark, far_light] = local.far(crossing);
-                for (far, near) in [(far_dark, near_dark), (far_light, near_light)] {
-                    let sample = Sample::new(&local, far, sigma);
-                    normals.count_clipped(far.1);
-                    let sample =
-                        if sample.weight > CLEAR { sample } else { Sample::new(&local, near, sigma) };
-                    let expected = self.level(&sample);
+                let Some(local) = views.local(crossing) else { continue };
+                let samples = Samples::new(&local, crossing, sigma);
+                for sample in [samples.better_of(0, 1), samples.better_of(3, 2)] {
+                    normals.count_clipped(sample.far_level);
+                    let (x, y) = local.point(sample.place);
+                    let mixed = self.mixed(sample.lightness);
+                    let expected = mixed * (1.0 + self.gx * x + self.gy * y);
                     if pass == Pass::First || (sample.level - expected).abs() < OUTLIER * self.contrast() {
-                        normals.add(&sample, self.mixed(sample.lightness), size);
+                        normals.add(&sample, mixed * x * scale, mixed * y * scale);
                     }
                 }
             }
         }
-        normals.solve(size)
+        normals.solve(scale)
     }
 
     fn mixed(&self, lightness: f32) -> f32 {
         self.dark + (self.bright - self.dark) * lightness
-    }
-
-    fn level(&self, sample: &Sample) -> f32 {
-        self.mixed(sample.lightness) * (1.0 + self.gx * sample.x + self.gy * sample.y)
     }
 }
 
@@ -111,21 +107,48 @@ enum Pass {
 
 /// A grey level with the lightness that it should have.
 struct Sample {
-    x: f32,
-    y: f32,
+    place: f32,
     level: f32,
     lightness: f32,
     /// 1 where the area is flat, falling towards the middle of an edge.
     weight: f32,
+    /// Level of the far sample on this side.
+    far_level: f32,
 }
 
-impl Sample {
-    fn new(local: &Local, (place, level): (f32, f32), sigma: f32) -> Self {
+/// The far and the near sample on the dark side, then the near and the far one on the light side.
+struct Samples {
+    places: [f32; 4],
+    levels: [f32; 4],
+    lightness: [f32; 4],
+    weights: [f32; 4],
+}
+
+impl Samples {
+    fn new(local: &Local, crossing: &Crossing, sigma: f32) -> Self {
+        let (places, levels) = local.outer(crossing);
         let k = local.along / sigma;
-        let lightness = normal((place - local.offset) * k).0 + local.neighbours(place, k);
-        let flat = 1.0 - 2.0 * lightness.min(1.0 - lightness).max(0.0);
-        let (x, y) = local.point(place);
-        Self { x, y, level, lightness, weight: flat * flat * flat * flat }
+        let from_edge = places.map(|place| place - local.offset);
+        let neighbours = local.neighbours(from_edge, k);
+        let lightness: [f32; 4] = core::array::from_fn(|i| normal(from_edge[i] * k).0 + neighbours[i]);
+        let weights = lightness.map(|lightness| {
+            let flat = 1.0 - 2.0 * lightness.min(1.0 - lightness).max(0.0);
+            flat * flat * flat * flat
+        });
+        Self { places, levels, lightness, weights }
+    }
+
+    /// The far sample of a side if it is clear of all edges, or else the near one.
+    fn better_of(&self, far: usize, near: usize) -> Sample {
+        let clear = self.weights[far] > CLEAR;
+        let pick = |values: &[f32; 4]| if clear { values[far] } else { values[near] };
+        Sample {
+            place: pick(&self.places),
+            level: pick(&self.levels),
+            lightness: pick(&self.lightness),
+            weight: pick(&self.weights),
+            far_level: self.levels[far],
+        }
     }
 }
 
@@ -134,33 +157,34 @@ impl Sample {
 struct Normals {
     m: Matrix<4>,
     right: [f32; 4],
-    samples: u16,
-    clipped: u16,
+    samples: u32,
+    clipped: u32,
 }
 
 impl Normals {
     fn count_clipped(&mut self, level: f32) {
-        self.samples = self.samples.saturating_add(1);
-        if level <= 0.0 || level >= 255.0 {
-            self.clipped = self.clipped.saturating_add(1);
-        }
+        self.samples += 1;
+        self.clipped += u32::from(level <= 0.0 || level >= 255.0);
     }
 
-    fn add(&mut self, sample: &Sample, mixed: f32, size: f32) {
-        let terms =
-            [1.0 - sample.lightness, sample.lightness, mixed * sample.x / size, mixed * sample.y / size];
+    /// Adds a sample; `gx` and `gy` are its derivatives by the two slopes.
+    fn add(&mut self, sample: &Sample, gx: f32, gy: f32) {
+        let terms = [1.0 - sample.lightness, sample.lightness, gx, gy];
+        // The whole matrix, because rows of four are done at once where the processor can.
+        let weighted = terms.map(|term| sample.weight * term);
         for i in 0..4 {
-            let weighted = sample.weight * terms[i];
-            for j in 0..=i {
-                self.m[i][j] += weighted * terms[j];
+            for j in 0..4 {
+                self.m[i][j] += weighted[i] * terms[j];
             }
-            self.right[i] += weighted * sample.level;
+        }
+        for i in 0..4 {
+            self.right[i] += weighted[i] * sample.level;
         }
     }
 
-    fn solve(&self, size: f32) -> Option<Levels> {
+    fn solve(&self, scale: f32) -> Option<Levels> {
         let [dark, bright, gx, gy] = Factor::new(&self.m)?.solve(self.right);
         let clipped = self.clipped > self.samples / 10;
-        Some(Levels { dark, bright, gx: gx / size, gy: gy / size, clipped })
+        Some(Levels { dark, bright, gx: gx * scale, gy: gy * scale, clipped })
     }
 }

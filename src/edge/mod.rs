@@ -74,73 +74,133 @@ struct Local {
     dark_gap: f32,
 }
 
+/// An edge and those next to it, as crossings on one axis see them: coordinates along and across the axis, about the
+/// candidate's origin.
+#[derive(Clone, Copy, Debug)]
+struct View {
+    edge: Shape,
+    /// The next edge on the light side and on the dark side, where it is near enough to have a part in the samples.
+    light: Option<Shape>,
+    dark: Option<Shape>,
+    dark_inside: bool,
+}
+
+/// The [`View`]s of an edge.
+#[derive(Clone, Copy, Debug)]
+struct Views {
+    row: View,
+    column: View,
+    origin: (i32, i32),
+}
+
 impl Edges<'_> {
-    /// `None` if the other axis is the better one here, or the crossing does not belong to this edge.
-    fn local(&self, k: usize, crossing: &Crossing) -> Option<Local> {
+    fn views(&self, k: usize) -> Option<Views> {
         let edge = self.edges.get(k)?;
-        let x = (i32::from(crossing.x) - i32::from(self.origin.0)) as f32;
-        let y = (i32::from(crossing.y()) - i32::from(self.origin.1)) as f32;
-        // The passage is half a pixel before (x, y).
-        let (mx, my) = if crossing.axis() == Axis::Row { (x - 0.5, y) } else { (x, y - 0.5) };
-        let [n0, n1, n2, n3] = crossing.near.map(i16::from);
+        let near = |k: Option<usize>| {
+            let next = self.edges.get(k?).filter(|next| next.dark_inside != edge.dark_inside)?;
+            // Between similar ellipses the gap is narrowest on the minor axis.
+            Some(next.shape).filter(|_| (next.minor - edge.minor).abs() < MAX_GAP + 1.0)
+        };
+        let (outer, inner) = (near(k.checked_sub(1)), near(Some(k + 1)));
+        let (light, dark) = if edge.dark_inside { (outer, inner) } else { (inner, outer) };
+        let row = View { edge: edge.shape, light, dark, dark_inside: edge.dark_inside };
+        let origin = (i32::from(self.origin.0), i32::from(self.origin.1));
+        Some(Views { row, column: row.transposed(), origin })
+    }
+}
+
+impl Views {
+    /// `None` if the other axis is the better one here, or the crossing does not belong to this edge.
+    fn local(&self, crossing: &Crossing) -> Option<Local> {
+        let x = (i32::from(crossing.x) - self.origin.0) as f32;
+        let y = (i32::from(crossing.y()) - self.origin.1) as f32;
+        let [n0, n1, n2, n3] = crossing.near.map(i32::from);
         let rising = n2 + n3 > n0 + n1;
-        let ((gx, gy), _) = edge.shape.gradient(mx, my);
-        let (along, across) = if crossing.axis() == Axis::Row { (gx, gy) } else { (gy, gx) };
-        let dominant =
-            along.abs() > across.abs() || (along.abs() == across.abs() && crossing.axis() == Axis::Row);
-        if !dominant || rising != ((along > 0.0) == edge.dark_inside) {
+        let sign = if rising { 1.0 } else { -1.0 };
+        let (passage, axis) = match crossing.axis() {
+            Axis::Row => (self.row.passage(x, y, rising)?, (sign, 0.0)),
+            Axis::Column => (self.column.passage(y, x, rising)?, (0.0, sign)),
+        };
+        let Passage { along, ahead, light_gap, dark_gap } = passage;
+        Some(Local { x, y, axis, along, offset: sign * (ahead - 0.5), light_gap, dark_gap })
+    }
+}
+
+/// Where an ellipse passes a crossing, seen from the middle of the crossing's inner samples, px.
+struct Passage {
+    along: f32,
+    /// Distance on the axis.
+    ahead: f32,
+    light_gap: f32,
+    dark_gap: f32,
+}
+
+impl View {
+    fn transposed(&self) -> Self {
+        let [light, dark] = [self.light, self.dark].map(|next| next.map(|shape| shape.transposed()));
+        Self { edge: self.edge.transposed(), light, dark, dark_inside: self.dark_inside }
+    }
+
+    /// The passage before the pixel at `u` along and `v` across the axis; `rising` if the pixel is on the light side.
+    fn passage(&self, u: f32, v: f32, rising: bool) -> Option<Passage> {
+        let u = u - 0.5;
+        let ((gu, gv), _) = self.edge.gradient(u, v);
+        if gu.abs() < gv.abs() || rising != ((gu > 0.0) == self.dark_inside) {
             return None;
         }
-        let here = edge.shape.locate(mx, my).filter(|here| here.distance.abs() <= MAX_DISTANCE)?;
-        let cosine = if crossing.axis() == Axis::Row { here.nx } else { here.ny };
-        let along = cosine.abs();
-        let towards_light = if rising { 1.0 } else { -1.0 };
-        let gap = |neighbour: Option<&Edge>| {
-            // Between similar ellipses the gap is narrowest on the minor axis.
-            let near = |n: &&Edge| (n.minor - edge.minor).abs() < MAX_GAP + 1.0;
-            let there =
-                neighbour.filter(|n| n.dark_inside != edge.dark_inside).filter(near)?.shape.locate(mx, my)?;
+        let here = self.edge.locate(u, v).filter(|here| here.distance.abs() <= MAX_DISTANCE)?;
+        let along = here.nx.abs();
+        let gap = |next: &Option<Shape>| {
+            let there = next.as_ref()?.locate(u, v)?;
             Some((there.distance - here.distance).abs() / along).filter(|&gap| gap < MAX_GAP)
         };
-        let outer = gap(k.checked_sub(1).and_then(|k| self.edges.get(k))).unwrap_or(f32::INFINITY);
-        let inner = gap(self.edges.get(k + 1)).unwrap_or(f32::INFINITY);
-        let (light_gap, dark_gap) = if edge.dark_inside { (outer, inner) } else { (inner, outer) };
-        let axis = match crossing.axis() {
-            Axis::Row => (towards_light, 0.0),
-            Axis::Column => (0.0, towards_light),
-        };
-        let offset = -towards_light * (0.5 + here.distance / cosine);
-        Some(Local { x, y, axis, along, offset, light_gap, dark_gap })
+        Some(Passage {
+            along,
+            ahead: -here.distance / here.nx,
+            light_gap: gap(&self.light).unwrap_or(f32::INFINITY),
+            dark_gap: gap(&self.dark).unwrap_or(f32::INFINITY),
+        })
     }
 }
 
 impl Local {
-    /// Samples in order of growing lightness: `(place towards light from (x, y), level)`.
-    fn near(&self, crossing: &Crossing) -> [(f32, f32); 4] {
-        let [a, b, c, d] = crossing.near.map(f32::from);
-        if self.towards_light() > 0.0 {
-            [(-2.0, a), (-1.0, b), (0.0, c), (1.0, d)]
+    /// The near samples in order of growing lightness: places towards light from (x, y), and levels.
+    fn near(&self, crossing: &Crossing) -> ([f32; 4], [f32; 4]) {
+        let [a, b, c, d] = crossing.near;
+        self.towards_light([-2.0, -1.0, 0.0, 1.0], [a, b, c, d])
+    }
+
+    /// The outermost near samples and the far ones, in the same way.
+    fn outer(&self, crossing: &Crossing) -> ([f32; 4], [f32; 4]) {
+        let ([a, _, _, d], [far_a, far_d]) = (crossing.near, crossing.far());
+        self.towards_light([-4.0, -2.0, 1.0, 3.0], [far_a, a, d, far_d])
+    }
+
+    fn towards_light(&self, places: [f32; 4], levels: [u8; 4]) -> ([f32; 4], [f32; 4]) {
+        let [a, b, c, d] = levels.map(f32::from);
+        // The samples lie symmetrically about half a pixel before (x, y).
+        if self.sign() > 0.0 {
+            (places, [a, b, c, d])
         } else {
-            [(-1.0, d), (0.0, c), (1.0, b), (2.0, a)]
+            (places.map(|place| place + 1.0), [d, c, b, a])
         }
     }
 
-    /// The samples where the edge is over, in the same way.
-    fn far(&self, crossing: &Crossing) -> [(f32, f32); 2] {
-        let [a, b] = crossing.far().map(f32::from);
-        if self.towards_light() > 0.0 { [(-4.0, a), (3.0, b)] } else { [(-3.0, b), (4.0, a)] }
-    }
-
-    fn towards_light(&self) -> f32 {
+    fn sign(&self) -> f32 {
         self.axis.0 + self.axis.1
     }
 
-    /// What the neighbouring edges add to the lightness at `place`, for a blur of `1 / k` px along the axis.
-    fn neighbours(&self, place: f32, k: f32) -> f32 {
-        let p = place - self.offset;
-        let light = if self.light_gap < f32::INFINITY { normal((p - self.light_gap) * k).0 } else { 0.0 };
-        let dark = if self.dark_gap < f32::INFINITY { normal(-(p + self.dark_gap) * k).0 } else { 0.0 };
-        dark - light
+    /// What the neighbouring edges add to the lightness at `places` from this edge, for a blur of `1 / k` px along the axis.
+    fn neighbours(&self, places: [f32; 4], k: f32) -> [f32; 4] {
+        let mut sum = [0.0; 4];
+        if self.light_gap < f32::INFINITY {
+            sum = places.map(|p| -normal((p - self.light_gap) * k).0);
+        }
+        if self.dark_gap < f32::INFINITY {
+            let dark = places.map(|p| normal(-(p + self.dark_gap) * k).0);
+            sum = core::array::from_fn(|i| sum[i] + dark[i]);
+        }
+        sum
     }
 
     /// Point on the axis at `place`, about the origin, px.

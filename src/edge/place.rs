@@ -1,7 +1,7 @@
 //! Where the edge passes on the axis of a crossing, and how blurred the edges are.
 
 use super::{Edges, Levels, Local, normal};
-use crate::scan::Pool;
+use crate::scan::{Crossing, Pool};
 
 /// Most Gauss-Newton steps for an edge point.
 const STEPS: usize = 3;
@@ -27,9 +27,10 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
     for _ in 0..BLUR_PASSES {
         let (mut slope, mut square) = (0.0, 0.0);
         for (k, edge) in edges.edges.iter().enumerate() {
+            let Some(views) = edges.views(k) else { continue };
             for crossing in pool.iter(edge.crossings).step_by(edge.stride()) {
-                let Some(local) = edges.local(k, crossing) else { continue };
-                let profile = Profile::new(&local, local.near(crossing), levels, sigma);
+                let Some(local) = views.local(crossing) else { continue };
+                let profile = Profile::new(&local, crossing, levels, sigma);
                 if let Some(place) = profile.place() {
                     let (s, q) = profile.blur_slope(place);
                     slope += s;
@@ -48,11 +49,11 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
 
 /// Places an edge point at every crossing of edge `k`.
 pub(crate) fn place(edges: &Edges<'_>, k: usize, pool: &mut Pool<'_>, levels: &Levels, sigma: f32) {
-    let Some(edge) = edges.edges.get(k) else { return };
+    let (Some(edge), Some(views)) = (edges.edges.get(k), edges.views(k)) else { return };
     pool.for_each_mut(edge.crossings, |crossing| {
-        let offset = edges.local(k, crossing).and_then(|local| {
-            let place = Profile::new(&local, local.near(crossing), levels, sigma).place()?;
-            Some(crate::math::round(256.0 * place * local.towards_light()) as i16)
+        let offset = views.local(crossing).and_then(|local| {
+            let place = Profile::new(&local, crossing, levels, sigma).place()?;
+            Some(crate::math::round(256.0 * place * local.sign()) as i16)
         });
         crossing.place(offset);
     });
@@ -68,12 +69,14 @@ struct Profile {
 }
 
 impl Profile {
-    fn new(local: &Local, samples: [(f32, f32); 4], levels: &Levels, sigma: f32) -> Self {
+    fn new(local: &Local, crossing: &Crossing, levels: &Levels, sigma: f32) -> Self {
+        let (places, grey) = local.near(crossing);
         let k = local.along / sigma;
         let scale = levels.scale(local.point(local.offset), local.axis);
-        let lightness = samples
-            .map(|(place, level)| scale.lightness(level, place - local.offset) - local.neighbours(place, k));
-        Self { places: samples.map(|(place, _)| place), lightness, k }
+        let from_edge = places.map(|place| place - local.offset);
+        let neighbours = local.neighbours(from_edge, k);
+        let lightness = core::array::from_fn(|i| scale.lightness(grey[i], from_edge[i]) - neighbours[i]);
+        Self { places, lightness, k }
     }
 
     /// The place of the edge with the least sum of squares: a matched filter, iterated from the sample nearest to half lightness. `None` if these samples hold no edge.

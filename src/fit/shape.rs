@@ -40,16 +40,20 @@ impl Shape {
         ((self.axx * dx + self.axy * dy, self.axy * dx + self.ayy * dy), (dx, dy))
     }
 
-    /// Where `(x, y)` lies: outward unit normal and signed distance, px, positive outside. Exact on a circle and near
-    /// the ellipse. `None` at the centre.
+    /// Where `(x, y)` lies: exact on a circle and near the ellipse. `None` at the centre.
     pub fn locate(&self, x: f32, y: f32) -> Option<Located> {
         let ((gx, gy), (dx, dy)) = self.gradient(x, y);
         let radius = math::sqrt(dx * gx + dy * gy);
         let norm = math::sqrt(gx * gx + gy * gy);
         (norm > 0.0).then(|| {
             let scale = 1.0 / norm;
-            Located { nx: gx * scale, ny: gy * scale, distance: (radius - 1.0) * radius * scale }
+            Located { nx: gx * scale, distance: (radius - 1.0) * radius * scale }
         })
+    }
+
+    /// The same with x and y exchanged.
+    pub fn transposed(&self) -> Self {
+        Self { cx: self.cy, cy: self.cx, axx: self.ayy, axy: self.axy, ayy: self.axx }
     }
 
     /// Semi-axes, px, major first.
@@ -110,7 +114,8 @@ impl Frame {
 /// Result of [`Shape::locate`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Located {
+    /// The x component of the outward unit normal.
     pub nx: f32,
-    pub ny: f32,
+    /// px, positive outside.
     pub distance: f32,
 }

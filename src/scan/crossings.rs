@@ -93,6 +93,11 @@ impl<'s> Pool<'s> {
         Self { slots, touched: 0, free: NONE }
     }
 
+    /// Most slots used at a time.
+    pub fn used(&self) -> u16 {
+        self.touched
+    }
+
     pub fn clear(&mut self) {
         (self.touched, self.free) = (0, NONE);
     }

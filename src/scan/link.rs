@@ -14,22 +14,41 @@ use crate::reject::Dropped;
 /// Steepest step from row to row, px, at which the crossing on the row is kept: beyond it the one on the column is the
 /// better one.
 const MAX_ROW_STEP: u16 = 2;
+/// Largest change of level across a crossing's axis in quarters of that along it: room for noise, because at equality
+/// either axis is as good.
+const MAX_ACROSS: i32 = 5;
 /// Samples needed on either side of a crossing, px.
 const REACH: u16 = 4;
 
 pub(crate) struct Linker<'a, 's> {
-    pub rows: &'a Rows<'s>,
-    pub outlines: &'a mut Outlines<'s>,
-    pub pool: &'a mut Pool<'s>,
-    pub dropped: &'a mut Dropped,
+    /// The rows `y - 4` to `y + 3`; those outside the frame are not of use.
+    window: [&'a [u8]; 8],
+    width: u16,
+    height: u16,
+    outlines: &'a mut Outlines<'s>,
+    pool: &'a mut Pool<'s>,
+    dropped: &'a mut Dropped,
     /// Smallest difference between the two sides' pairs of samples: less is no edge, but the border of two cells'
     /// thresholds.
-    pub min_step: i32,
+    min_step: i32,
     /// The row of `current`.
-    pub y: u16,
+    y: u16,
 }
 
-impl Linker<'_, '_> {
+impl<'a, 's> Linker<'a, 's> {
+    /// For row `y`, where the smallest contrast of an edge is `min_contrast`.
+    pub fn new(
+        rows: &'a Rows<'s>,
+        outlines: &'a mut Outlines<'s>,
+        pool: &'a mut Pool<'s>,
+        dropped: &'a mut Dropped,
+        (y, min_contrast): (u16, u8),
+    ) -> Self {
+        let window = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| rows.row((y + i).saturating_sub(REACH)));
+        let (width, height) = (rows.width(), rows.height());
+        Self { window, width, height, outlines, pool, dropped, min_step: i32::from(min_contrast) / 2, y }
+    }
+
     /// Gives every transition of `current` its outline; `previous` is the row above.
     pub fn link(&mut self, previous: &[Transition], current: &mut [Transition]) {
         let (mut i, mut j) = (0, 0);
@@ -117,7 +136,7 @@ impl Linker<'_, '_> {
             self.join(a, b);
             (a, 2)
         };
-        if self.y == self.rows.height() {
+        if self.y == self.height {
             self.mark_cut(label);
         }
         self.keep_column_crossings(label, first.x, second.x);
@@ -141,8 +160,10 @@ impl Linker<'_, '_> {
     }
 
     fn add_transition(&mut self, label: u16, sign: i64, x: u16) {
-        self.outlines.add_transition(label, sign, x, self.y);
-        if x == 0 || x >= self.rows.width() || self.y == 0 {
+        if let Some(outline) = self.outlines.get_mut(label) {
+            outline.add_transition(sign, x, self.y);
+        }
+        if x == 0 || x >= self.width || self.y == 0 {
             self.mark_cut(label);
         }
     }
@@ -169,39 +190,51 @@ impl Linker<'_, '_> {
 
     /// Keeps the crossing before column `x` of this row.
     fn keep_row_crossing(&mut self, label: u16, x: u16) {
-        if x < REACH || x + REACH > self.rows.width() {
+        if x < REACH || x + REACH > self.width {
             return;
         }
-        let start = usize::from(x - REACH);
-        if let Some(samples) = self.rows.row(self.y).get(start..).and_then(|row| row.first_chunk()) {
-            self.keep(label, Crossing::new(Axis::Row, x, self.y, samples));
+        let [_, _, _, above, row, below, _, _] = self.window;
+        let Some(samples) = from_column(row, x - REACH) else { return };
+        if let (Some([a, b]), Some([c, d])) = (from_column(above, x - 1), from_column(below, x - 1)) {
+            let [_, _, n0, n1, n2, n3, _, _] = *samples;
+            if self.is_edge([n0, n1, n2, n3], [*a, *b, *c, *d]) {
+                self.keep(label, Crossing::new(Axis::Row, x, self.y, samples));
+            }
         }
     }
 
     /// Keeps the crossings between the row above and this one in the columns `from..to`.
     fn keep_column_crossings(&mut self, label: u16, from: u16, to: u16) {
-        let y = self.y;
-        if from >= to || y < REACH || y + REACH > self.rows.height() || !self.wants_crossings(label) {
+        if self.y < REACH || self.y + REACH > self.height {
             return;
         }
-        let rows = [y - 4, y - 3, y - 2, y - 1, y, y + 1, y + 2, y + 3].map(|y| self.rows.row(y));
-        for x in from..to {
-            let samples = rows.map(|row| row.get(usize::from(x)).copied().unwrap_or(0));
-            self.keep(label, Crossing::new(Axis::Column, x, y, &samples));
+        let [_, _, r0, r1, r2, r3, _, _] = self.window;
+        for x in from.max(1)..to {
+            let at = |row: &[u8]| row.get(usize::from(x)).copied().unwrap_or(0);
+            let (Some([a, n1, c]), Some([b, n2, d])) = (from_column(r1, x - 1), from_column(r2, x - 1))
+            else {
+                continue;
+            };
+            if self.is_edge([at(r0), *n1, *n2, at(r3)], [*a, *b, *c, *d]) {
+                self.keep(label, Crossing::new(Axis::Column, x, self.y, &self.window.map(at)));
+            }
         }
     }
 
-    fn wants_crossings(&self, label: u16) -> bool {
-        self.outlines.get(label).is_some_and(|o| !o.cut && !o.lossy)
+    /// Whether the levels change enough along a crossing's axis, and across it not clearly more: then the other axis is
+    /// the better one.
+    fn is_edge(&self, along: [u8; 4], across: [u8; 4]) -> bool {
+        let difference = |levels: [u8; 4]| {
+            let [a, b, c, d] = levels.map(i32::from);
+            (c + d - a - b).abs()
+        };
+        let along = difference(along);
+        along >= self.min_step && 4 * difference(across) <= MAX_ACROSS * along
     }
 
     fn keep(&mut self, label: u16, crossing: Crossing) {
-        let [n0, n1, n2, n3] = crossing.near.map(i32::from);
-        if (n2 + n3 - n0 - n1).abs() < self.min_step || !self.wants_crossings(label) {
-            return;
-        }
         loop {
-            let Some(outline) = self.outlines.get_mut(label).filter(|o| !o.lossy) else { return };
+            let Some(outline) = self.outlines.get_mut(label).filter(|o| !o.cut && !o.lossy) else { return };
             if self.pool.push(&mut outline.crossings, crossing) {
                 return;
             }
@@ -213,6 +246,11 @@ impl Linker<'_, '_> {
             }
         }
     }
+}
+
+/// Pixels of `row` from column `x` on.
+fn from_column<const N: usize>(row: &[u8], x: u16) -> Option<&[u8; N]> {
+    row.get(usize::from(x)..)?.first_chunk()
 }
 
 /// First and one past the last column of a dark run.

@@ -1,7 +1,7 @@
 //! Rows in, closed outlines out.
 //!
 //! 1. [`rows`]: the last 12 rows are kept, because a vertical edge profile needs its neighbours above and below.
-//! 2. [`threshold`]: a threshold for each cell of 8 x 4 px from the local extremes.
+//! 2. [`threshold`]: a threshold for each cell of 4 x 4 px from the local extremes.
 //! 3. [`runs`]: where the rows pass it ([`Transition`]s).
 //! 4. [`link`]: transitions of successive rows are joined to outlines.
 //! 5. [`outlines`]: table of those outlines with their exact moments; [`crossings`]: pool of their edge profiles.
@@ -14,6 +14,8 @@ mod link;
 mod outlines;
 mod rows;
 mod runs;
+#[cfg(test)]
+mod tests;
 mod threshold;
 
 pub(crate) use crossings::{Axis, Crossing, CrossingList, Pool};
@@ -119,21 +121,19 @@ impl<'s> Scanner<'s> {
         self.cells.update_thresholds();
         let last = (first + BLOCK_ROWS as u16).min(self.rows.height());
         for y in first..last {
-            self.dropped.runs +=
-                self.current.fill(self.rows.row(y), self.cells.thresholds(), self.rows.width());
+            self.dropped.runs += self.current.fill(self.rows.row(y), &self.cells, self.rows.width());
             self.link_row();
         }
     }
 
     fn link_row(&mut self) {
-        let mut linker = Linker {
-            rows: &self.rows,
-            outlines: &mut self.outlines,
-            pool: &mut self.pool,
-            dropped: &mut self.dropped,
-            min_step: i32::from(self.cells.min_contrast()) / 2,
-            y: self.linked,
-        };
+        let mut linker = Linker::new(
+            &self.rows,
+            &mut self.outlines,
+            &mut self.pool,
+            &mut self.dropped,
+            (self.linked, self.cells.min_contrast()),
+        );
         linker.link(self.previous.as_slice(), self.current.as_mut_slice());
         core::mem::swap(&mut self.previous, &mut self.current);
         self.linked += 1;

@@ -97,6 +97,14 @@ impl Outline {
         (self.bottom + 1).saturating_sub(self.top)
     }
 
+    /// Adds a transition at `(x, y)`; `sign` is +1 where dark turns light.
+    pub fn add_transition(&mut self, sign: i64, x: u16, y: u16) {
+        self.moments.add_edge(sign, x, y);
+        self.left = self.left.min(x);
+        self.right = self.right.max(x);
+        self.bottom = y;
+    }
+
     /// Whether its bounding box reaches beyond that of `other` on the left, right and top.
     pub fn surrounds(&self, other: &Self) -> bool {
         self.left < other.left && self.right > other.right && self.top < other.top
@@ -121,6 +129,11 @@ impl<'s> Outlines<'s> {
 
     pub fn clear(&mut self) {
         (self.touched, self.free, self.joined, self.closed) = (0, NONE, NONE, NONE);
+    }
+
+    /// Most slots used at a time.
+    pub fn used(&self) -> u16 {
+        self.touched
     }
 
     pub fn get(&self, label: u16) -> Option<&Outline> {
@@ -171,16 +184,6 @@ impl<'s> Outlines<'s> {
             }
         }
         label
-    }
-
-    /// Adds a transition at `(x, y)`; `sign` is +1 where dark turns light.
-    pub fn add_transition(&mut self, label: u16, sign: i64, x: u16, y: u16) {
-        if let Some(outline) = self.get_mut(label) {
-            outline.moments.add_edge(sign, x, y);
-            outline.left = outline.left.min(x);
-            outline.right = outline.right.max(x);
-            outline.bottom = y;
-        }
     }
 
     /// Joins `b` to `a`, both roots and different. The crossings of `b` must have been moved before.

@@ -1,9 +1,11 @@
 //! Where a row passes the threshold.
 
-use super::threshold::CELL;
+use super::threshold::{CELL, Cells, state};
 
 /// Pixels compared at a time: two cells.
 const PIXELS: usize = 2 * CELL;
+/// Cells passed over at a time where nothing changes.
+const GROUP: usize = 8;
 
 /// The first pixel of a run: a row turns dark at the even entries of its list and light at the odd ones.
 #[derive(Clone, Copy, Debug)]
@@ -43,33 +45,55 @@ impl<'s> TransitionList<'s> {
     }
 
     /// Finds the dark runs of `row`, padded to whole cells. Returns how many did not fit.
-    pub fn fill(&mut self, row: &[u8], thresholds: &[u8], width: u16) -> u32 {
-        self.len = 0;
-        let mut found = 0usize;
-        let mut dark = 0u8;
-        let cells = row.as_chunks::<PIXELS>().0.iter().zip(thresholds.as_chunks::<2>().0);
-        for (i, (pixels, &thresholds)) in cells.enumerate() {
-            let mask = below(pixels, thresholds);
-            let mut changes = mask ^ (mask << 1 | dark);
-            dark = mask >> (PIXELS - 1);
-            while changes != 0 {
-                self.push(&mut found, (i * PIXELS) as u16 + changes.trailing_zeros() as u16);
-                changes &= changes - 1;
+    pub fn fill(&mut self, row: &[u8], cells: &Cells<'_>, width: u16) -> u32 {
+        let mut runs = Runs { list: self, found: 0, dark: 0 };
+        let row = row.chunks(GROUP * CELL).zip(cells.thresholds().chunks(GROUP));
+        for (i, ((pixels, thresholds), states)) in row.zip(cells.states().chunks(GROUP)).enumerate() {
+            // Most of a frame is the same for many pixels.
+            let same = if runs.dark == 0 { state::LIGHT } else { state::DARK };
+            if states != [same; GROUP] {
+                runs.add((i * GROUP * CELL) as u16, pixels, thresholds);
             }
         }
-        if dark != 0 {
-            self.push(&mut found, width);
+        if runs.dark != 0 {
+            runs.push(width);
         }
         // Runs are dropped whole, so that the list stays even.
+        let found = runs.found;
         self.len = found.min(self.data.len() & !1);
         ((found - self.len) / 2) as u32
     }
+}
 
-    fn push(&mut self, found: &mut usize, x: u16) {
-        if let Some(slot) = self.data.get_mut(*found) {
+/// The dark runs of a row under way.
+struct Runs<'l, 's> {
+    list: &'l mut TransitionList<'s>,
+    found: usize,
+    /// 1 if the last pixel was dark.
+    dark: u8,
+}
+
+impl Runs<'_, '_> {
+    /// The cells from column `x` on.
+    fn add(&mut self, mut x: u16, pixels: &[u8], thresholds: &[u8]) {
+        for (pixels, &thresholds) in pixels.as_chunks::<PIXELS>().0.iter().zip(thresholds.as_chunks::<2>().0)
+        {
+            let mask = below(pixels, thresholds);
+            let mut changes = mask ^ (mask << 1 | self.dark);
+            self.dark = mask >> (PIXELS - 1);
+            while changes != 0 {
+                self.push(x + changes.trailing_zeros() as u16);
+                changes &= changes - 1;
+            }
+            x += PIXELS as u16;
+        }
+    }
+
+    fn push(&mut self, x: u16) {
+        if let Some(slot) = self.list.data.get_mut(self.found) {
             slot.x = x;
         }
-        *found += 1;
+        self.found += 1;
     }
 }
 

@@ -1,5 +1,8 @@
 //! From a frame in the mailbox to bytes on the serial line.
 
+use core::convert::Infallible;
+
+use concentric::head::{self, FrameStart, RowSource};
 use concentric::report::{Detail, HELLO_MAX_LEN, Hello, Report, max_len};
 use concentric::{Detector, Settings, Summary};
 use embedded_io::Write as _;
@@ -52,8 +55,7 @@ impl Head {
             return Answer::refused(Outcome::WrongSize);
         }
         self.buffers.report = Report::new(frame.detail());
-        self.buffers.report.begin(seq);
-        let Some(summary) = self.scan(settings, frame, mailbox) else {
+        let Some(summary) = self.scan(settings, seq, frame, mailbox) else {
             return Answer::refused(Outcome::WrongSize);
         };
         let Ok(report) = self.buffers.report.finish(&summary, &mut self.buffers.bytes) else {
@@ -72,23 +74,35 @@ impl Head {
         Answer { outcome: Outcome::Done, targets: summary.targets, length }
     }
 
-    /// Pushes the rows of the frame and collects its targets; `None` when the detector cannot take its size.
-    fn scan(&mut self, settings: Settings, frame: &Frame, mailbox: &Mailbox) -> Option<Summary> {
+    /// Measures the frame and collects its targets; `None` when the detector cannot take its size.
+    fn scan(&mut self, settings: Settings, seq: u32, frame: &Frame, mailbox: &Mailbox) -> Option<Summary> {
         let Buffers { row, report, .. } = &mut *self.buffers;
-        let row = row.get_mut(..frame.width as usize)?;
+        let start =
+            FrameStart { seq, width: frame.width.try_into().ok()?, height: frame.height.try_into().ok()? };
         let mut detector = Detector::new(settings, self.storage);
-        let mut scan = detector.begin(frame.width.try_into().ok()?, frame.height.try_into().ok()?).ok()?;
-        for y in 0..frame.height as usize {
-            mailbox.copy_row(y, row);
-            for target in scan.push_row(row).ok()? {
-                report.push(&target);
-            }
-        }
-        let mut rest = scan.finish().ok()?;
-        for target in rest.by_ref() {
-            report.push(&target);
-        }
-        Some(rest.summary())
+        let mut rows = MailboxRows { mailbox, start, next: 0 };
+        head::measure::<_, Infallible, _>(&mut detector, &mut rows, row, report).ok()
+    }
+}
+
+/// The frame in the mailbox as a sensor.
+struct MailboxRows<'m> {
+    mailbox: &'m Mailbox,
+    start: FrameStart,
+    next: usize,
+}
+
+impl RowSource for MailboxRows<'_> {
+    type Error = Infallible;
+
+    fn start(&mut self) -> Result<FrameStart, Infallible> {
+        Ok(self.start)
+    }
+
+    fn read_row(&mut self, row: &mut [u8]) -> Result<(), Infallible> {
+        self.mailbox.copy_row(self.next, row);
+        self.next += 1;
+        Ok(())
     }
 }
 

@@ -1,5 +1,8 @@
 //! What the tests share.
 
+// Each test uses a part of it.
+#![allow(dead_code)]
+
 use concentric::{Detector, Image, Settings, Storage, Summary, Target, TargetSpec};
 use concentric_host::render::{Frame, Truth};
 
