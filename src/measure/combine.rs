@@ -1,0 +1,89 @@
+//! Fitted ellipses to a centre with its covariance: the forms of [`crate::centre`] applied.
+
+use super::ellipse::{Fitted, FittedList};
+use crate::centre::{perspective, weights};
+use crate::fit::Adjusted;
+use crate::target::{Covariance, MAX_CIRCLES, Position};
+use heapless::Vec;
+
+/// A centre with its covariance, about the origin, px.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Centre {
+    pub x: f32,
+    pub y: f32,
+    pub covariance: Covariance,
+}
+
+impl Centre {
+    pub fn of(adjusted: &Adjusted) -> Self {
+        Self { x: adjusted.shape.cx, y: adjusted.shape.cy, covariance: adjusted.covariance }
+    }
+
+    /// Where the line through this centre and the ellipse centres puts that of the circle with `ratio`: B = C + K g, with K
+    /// by least squares.
+    pub fn at(&self, ratio: f32, t: f32, circles: &FittedList) -> (f32, f32) {
+        let g = |ratio: f32| ratio * ratio / (1.0 - t * ratio * ratio);
+        let (mut kx, mut ky, mut norm) = (0.0, 0.0, 0.0);
+        for circle in circles {
+            let weight = g(circle.ratio) / variance(circle);
+            kx += weight * (circle.adjusted.shape.cx - self.x);
+            ky += weight * (circle.adjusted.shape.cy - self.y);
+            norm += weight * g(circle.ratio);
+        }
+        (self.x + g(ratio) * kx / norm, self.y + g(ratio) * ky / norm)
+    }
+
+    /// Mean square of the ellipse centres' distances from the line in units of their variance, where it is above 1: three
+    /// or more circles show errors that the residuals of each alone do not.
+    fn misfit(&self, circles: &FittedList, t: f32) -> f32 {
+        let Some(free) = circles.len().checked_sub(2).filter(|&free| free > 0) else { return 1.0 };
+        let squares = circles.iter().fold(0.0, |sum, circle| {
+            let (x, y) = self.at(circle.ratio, t, circles);
+            let (dx, dy) = (circle.adjusted.shape.cx - x, circle.adjusted.shape.cy - y);
+            sum + (dx * dx + dy * dy) / variance(circle)
+        });
+        (squares / free as f32).max(1.0)
+    }
+
+    pub fn position(&self, origin: (u16, u16)) -> Position {
+        Position::from_origin(i32::from(origin.0), i32::from(origin.1), self.x, self.y)
+    }
+}
+
+/// The weighted sum of the ellipse centres; `t` is the perspective, 0 for eq. (7).
+pub(super) fn combine(circles: &FittedList, t: f32) -> Option<Centre> {
+    let mut inputs = Vec::<(f32, f32), MAX_CIRCLES>::new();
+    for circle in circles {
+        inputs.push((circle.ratio, variance(circle))).ok()?;
+    }
+    let outer = circles.first()?.adjusted.shape;
+    let mut centre = Centre { x: outer.cx, y: outer.cy, covariance: Covariance::default() };
+    for (weight, circle) in weights(&inputs, t)?.iter().zip(circles) {
+        let Adjusted { shape, covariance, .. } = circle.adjusted;
+        // About the outer centre: the weights sum to 1, so only differences of centres count.
+        centre.x += weight * (shape.cx - outer.cx);
+        centre.y += weight * (shape.cy - outer.cy);
+        let square = weight * weight;
+        centre.covariance.xx += square * covariance.xx;
+        centre.covariance.xy += square * covariance.xy;
+        centre.covariance.yy += square * covariance.yy;
+    }
+    let excess = centre.misfit(circles, t);
+    centre.covariance.xx *= excess;
+    centre.covariance.xy *= excess;
+    centre.covariance.yy *= excess;
+    Some(centre)
+}
+
+/// Variance of a circle's ellipse centre, both coordinates together. A picture without noise has none, and the weights
+/// need one.
+fn variance(circle: &Fitted) -> f32 {
+    circle.adjusted.covariance.xx + circle.adjusted.covariance.yy + 1e-12
+}
+
+/// t of [`crate::centre::perspective`] from the outer and the innermost circle.
+pub(super) fn measured_perspective(circles: &FittedList) -> Option<f32> {
+    let (outer, inner) = (circles.first()?.adjusted.shape, circles.last()?);
+    let small = inner.adjusted.shape;
+    Some(perspective(outer.square(small.cx - outer.cx, small.cy - outer.cy), inner.ratio))
+}

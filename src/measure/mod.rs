@@ -1,0 +1,143 @@
+//! A candidate, a chain of concentric outlines, to a target: the order of the stages from edge points to the centre.
+//!
+//! 1. [`ellipse`]: each edge's points to an ellipse.
+//! 2. [`choose`]: which of these make a target.
+//! 3. [`combine`]: their centres to the true centre, with its covariance.
+
+mod choose;
+mod combine;
+mod ellipse;
+
+use crate::candidate;
+use crate::edge::{self, Edge, Edges, Levels};
+use crate::fit::Adjusted;
+use crate::reject::Reject;
+use crate::scan::{Pool, Scanner};
+use crate::settings::{Compensation, Polarity, Settings, limits};
+use crate::target::{Circle, Covariance, Flags, MAX_CIRCLES, Target};
+use choose::choose;
+use combine::{Centre, combine, measured_perspective};
+use ellipse::{FittedList, fit};
+use heapless::Vec;
+
+/// First guess of the blur, px, for the first look at the levels.
+const BLUR_GUESS: f32 = 0.8;
+
+/// Measures the target whose outermost outline is `head`.
+pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings) -> Result<Target, Reject> {
+    let origin = scanner.outlines.get(head).map(candidate::origin).ok_or(Reject::BufferFull)?;
+    let edges = collect(head, origin, scanner)?;
+    if edges.len() < 2 {
+        return Err(Reject::Alone);
+    }
+    let edges = Edges { edges: &edges, origin };
+    let pool = &mut scanner.pool;
+    let levels = Levels::first(&edges, pool, BLUR_GUESS).ok_or(Reject::LowContrast)?;
+    check_contrast(&levels)?;
+    let blur = edge::measure_blur(&edges, pool, &levels);
+    let levels = levels.refined(&edges, pool, blur).ok_or(Reject::LowContrast)?;
+    check_contrast(&levels)?;
+    let fitted = fit_all(&edges, pool, &levels, blur)?;
+    let circles = choose(&fitted, settings, scanner.width())?;
+    assemble(&circles, settings, &levels, blur, origin)
+}
+
+/// The outlines of the chain as edges about `origin`, outermost first.
+fn collect(head: u16, origin: (u16, u16), scanner: &Scanner<'_>) -> Result<Vec<Edge, MAX_CIRCLES>, Reject> {
+    let mut edges = Vec::new();
+    let mut at = head;
+    while let Some(outline) = scanner.outlines.get(at) {
+        // Further ones in are marks in the middle.
+        if edges.is_full() {
+            break;
+        }
+        let own = candidate::origin(outline);
+        let shift = |own: u16, origin: u16| (i32::from(origin) - i32::from(own)) as f32;
+        let shape = candidate::shape(outline)?.about(shift(own.0, origin.0), shift(own.1, origin.1));
+        let dark_inside = outline.moments.area > 0;
+        let _ = edges.push(Edge::new(shape, dark_inside, outline.crossings));
+        at = outline.inner;
+    }
+    Ok(edges)
+}
+
+fn check_contrast(levels: &Levels) -> Result<(), Reject> {
+    // Also refuses NaN.
+    if levels.contrast() >= f32::from(limits::MIN_CONTRAST) { Ok(()) } else { Err(Reject::LowContrast) }
+}
+
+/// Fits every edge. Those that are no ellipse are left out; an error if less than two remain.
+fn fit_all(edges: &Edges<'_>, pool: &mut Pool<'_>, levels: &Levels, blur: f32) -> Result<FittedList, Reject> {
+    let mut fitted = FittedList::new();
+    let mut cause = Reject::Alone;
+    for (k, edge) in edges.edges.iter().enumerate() {
+        edge::place(edges, k, pool, levels, blur);
+        match fit(edge, pool, edges.origin) {
+            Ok(fit) => {
+                let _ = fitted.push(fit);
+            }
+            Err(reject) => cause = reject,
+        }
+    }
+    if fitted.len() < 2 { Err(cause) } else { Ok(fitted) }
+}
+
+fn assemble(
+    circles: &FittedList,
+    settings: &Settings,
+    levels: &Levels,
+    blur: f32,
+    origin: (u16, u16),
+) -> Result<Target, Reject> {
+    let outer = circles.first().ok_or(Reject::Alone)?;
+    let degenerate = Reject::NotConcentric;
+    let (_, b) = outer.adjusted.shape.semi_axes();
+    if b < limits::MIN_OUTER_SEMI_AXIS {
+        return Err(Reject::TooSmall);
+    }
+    let plain = Centre::of(&outer.adjusted);
+    let eq7 = combine(circles, 0.0).ok_or(degenerate)?;
+    let exact = measured_perspective(circles).and_then(|t| combine(circles, t)).ok_or(degenerate)?;
+    let chosen = match settings.compensation {
+        Compensation::None => plain,
+        Compensation::Eq7 => eq7,
+        Compensation::Exact => exact,
+    };
+    let mut target = Target {
+        centre: chosen.position(origin),
+        covariance: chosen.covariance,
+        eq7: eq7.position(origin),
+        exact: exact.position(origin),
+        circles: Vec::new(),
+        contrast: levels.contrast(),
+        blur,
+        flags: flags(circles, settings, levels),
+    };
+    let added = |c: &Covariance| c.xx + c.yy - plain.covariance.xx - plain.covariance.yy;
+    let (dx, dy) = (plain.x - exact.x, plain.y - exact.y);
+    target.flags.set(Flags::INSIGNIFICANT, dx * dx + dy * dy < added(&exact.covariance));
+    for circle in circles {
+        let Adjusted { shape, covariance, rms, points } = circle.adjusted;
+        let ellipse = shape.to_ellipse(i32::from(origin.0), i32::from(origin.1));
+        let _ = target.circles.push(Circle { ellipse, covariance, rms, points, ratio: circle.ratio });
+    }
+    Ok(target)
+}
+
+fn flags(circles: &FittedList, settings: &Settings, levels: &Levels) -> Flags {
+    let mut flags = Flags::default();
+    flags.set(Flags::CLIPPED, levels.clipped);
+    flags.set(Flags::LOW_CONTRAST, levels.contrast() < limits::FLAG_CONTRAST);
+    flags.set(Flags::LIGHT, settings.spec.polarity() == Polarity::Light);
+    flags.set(Flags::MEASURED_RATIO, settings.spec.ratios().is_empty());
+    let mut outside = f32::INFINITY;
+    for circle in circles {
+        let (_, b) = circle.adjusted.shape.semi_axes();
+        let high = limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b;
+        flags.set(Flags::RESIDUAL, circle.adjusted.rms > 0.5 * high);
+        flags.set(Flags::OCCLUDED, circle.gap > limits::FLAG_GAP);
+        flags.set(Flags::SMALL, b.min(outside - b) < limits::FLAG_SMALL);
+        outside = b;
+    }
+    flags
+}
