@@ -86,7 +86,9 @@ fn frame(seq: u32, detail: Detail, targets: usize) -> Vec<u8> {
     (0..targets).for_each(|_| report.push(&target()));
     let rejected = [(Reject::Alone, 3), (Reject::Ratio, 0)].into_iter().collect();
     let dropped = Dropped { runs: 1, outlines: 2, crossings: 3 };
-    let summary = Summary { width: 640, height: 480, targets: targets as u32, rejected, dropped };
+    let targets_found = targets as u32;
+    let summary =
+        Summary { width: 640, height: 480, targets: targets_found, rejected, dropped, ..Summary::default() };
     report.finish(&summary, &mut [0; max_len(4, Detail::Full)]).unwrap().to_vec()
 }
 

@@ -15,6 +15,7 @@ pub(crate) use levels::Levels;
 pub(crate) use place::{measure_blur, place};
 
 use crate::fit::Shape;
+use crate::math;
 use crate::scan::{Axis, Crossing, CrossingList};
 use profile::normal;
 
@@ -144,19 +145,25 @@ impl View {
     /// The passage before the pixel at `u` along and `v` across the axis; `rising` if the pixel is on the light side.
     fn passage(&self, u: f32, v: f32, rising: bool) -> Option<Passage> {
         let u = u - 0.5;
-        let ((gu, gv), _) = self.edge.gradient(u, v);
+        let ((gu, gv), (du, dv)) = self.edge.gradient(u, v);
         if gu.abs() < gv.abs() || rising != ((gu > 0.0) == self.dark_inside) {
             return None;
         }
-        let here = self.edge.locate(u, v).filter(|here| here.distance.abs() <= MAX_DISTANCE)?;
-        let along = here.nx.abs();
+        // As `Shape::distance`, with the divisions independent of each other: this is the innermost loop.
+        let norm = math::sqrt(gu * gu + gv * gv);
+        let radius = math::sqrt(du * gu + dv * gv);
+        let depth = (radius - 1.0) * radius;
+        if !(depth.abs() <= MAX_DISTANCE * norm) {
+            return None;
+        }
+        let along = gu.abs() / norm;
         let gap = |next: &Option<Shape>| {
-            let there = next.as_ref()?.locate(u, v)?;
-            Some((there.distance - here.distance).abs() / along).filter(|&gap| gap < MAX_GAP)
+            let there = next.as_ref()?.distance(u, v)?;
+            Some((there - depth / norm).abs() / along).filter(|&gap| gap < MAX_GAP)
         };
         Some(Passage {
             along,
-            ahead: -here.distance / here.nx,
+            ahead: -depth / gu,
             light_gap: gap(&self.light).unwrap_or(f32::INFINITY),
             dark_gap: gap(&self.dark).unwrap_or(f32::INFINITY),
         })

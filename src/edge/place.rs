@@ -79,7 +79,8 @@ impl Profile {
         Self { places, lightness, k }
     }
 
-    /// The place of the edge with the least sum of squares: a matched filter, iterated from the sample nearest to half lightness. `None` if these samples hold no edge.
+    /// The place of the edge with the least sum of squares: a matched filter, iterated from the sample nearest to half
+    /// lightness. `None` if these samples hold no edge.
     fn place(&self) -> Option<f32> {
         let [p0, ..] = self.places;
         let [l0, l1, l2, l3] = self.lightness;

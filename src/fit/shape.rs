@@ -40,15 +40,12 @@ impl Shape {
         ((self.axx * dx + self.axy * dy, self.axy * dx + self.ayy * dy), (dx, dy))
     }
 
-    /// Where `(x, y)` lies: exact on a circle and near the ellipse. `None` at the centre.
-    pub fn locate(&self, x: f32, y: f32) -> Option<Located> {
+    /// Signed distance of `(x, y)`, px, positive outside: exact for a circle and near the ellipse. `None` at the centre.
+    pub fn distance(&self, x: f32, y: f32) -> Option<f32> {
         let ((gx, gy), (dx, dy)) = self.gradient(x, y);
         let radius = math::sqrt(dx * gx + dy * gy);
         let norm = math::sqrt(gx * gx + gy * gy);
-        (norm > 0.0).then(|| {
-            let scale = 1.0 / norm;
-            Located { nx: gx * scale, distance: (radius - 1.0) * radius * scale }
-        })
+        (norm > 0.0).then(|| (radius - 1.0) * radius / norm)
     }
 
     /// The same with x and y exchanged.
@@ -109,13 +106,4 @@ impl Frame {
         let yy = (shape.ayy - 2.0 * l1 * l2 * xy - l1 * l1 * xx) / (l2 * l2);
         (xx, xy, yy)
     }
-}
-
-/// Result of [`Shape::locate`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Located {
-    /// The x component of the outward unit normal.
-    pub nx: f32,
-    /// px, positive outside.
-    pub distance: f32,
 }

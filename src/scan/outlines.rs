@@ -119,16 +119,17 @@ pub(crate) struct Outlines<'s> {
     touched: u16,
     free: u16,
     joined: u16,
-    closed: u16,
+    /// First and last of those that have closed.
+    closed: (u16, u16),
 }
 
 impl<'s> Outlines<'s> {
     pub fn new(slots: &'s mut [Outline]) -> Self {
-        Self { slots, touched: 0, free: NONE, joined: NONE, closed: NONE }
+        Self { slots, touched: 0, free: NONE, joined: NONE, closed: (NONE, NONE) }
     }
 
     pub fn clear(&mut self) {
-        (self.touched, self.free, self.joined, self.closed) = (0, NONE, NONE, NONE);
+        (self.touched, self.free, self.joined, self.closed) = (0, NONE, NONE, (NONE, NONE));
     }
 
     /// Most slots used at a time.
@@ -207,13 +208,19 @@ impl<'s> Outlines<'s> {
 
     /// Two ends of `label` have met, or one has met the end of an outline that was lost.
     pub fn end(&mut self, label: u16, ends: u16) {
-        let closed = self.closed;
         let Some(outline) = self.get_mut(label) else { return };
         outline.ends = outline.ends.saturating_sub(ends);
-        if outline.ends == 0 {
-            outline.next = closed;
-            self.closed = label;
+        if outline.ends > 0 {
+            return;
         }
+        outline.next = NONE;
+        // In the order of their closing, because an inner outline must be known before the one around it.
+        let (first, last) = self.closed;
+        match self.get_mut(last) {
+            Some(last) if first != NONE => last.next = label,
+            _ => self.closed.0 = label,
+        }
+        self.closed.1 = label;
     }
 
     /// Whether outlines were joined since the last [`free_joined`](Self::free_joined).
@@ -230,11 +237,11 @@ impl<'s> Outlines<'s> {
         }
     }
 
-    /// One of the outlines that have closed and were not taken yet.
+    /// The next of the outlines that have closed, in the order of their closing.
     pub fn take_closed(&mut self) -> Option<u16> {
-        let label = self.closed;
+        let (label, last) = self.closed;
         let next = self.get_mut(label).map(|o| core::mem::replace(&mut o.next, NONE))?;
-        self.closed = next;
+        self.closed = if label == last { (NONE, NONE) } else { (next, last) };
         Some(label)
     }
 

@@ -226,3 +226,28 @@ fn moments_of_the_largest_disc_in_the_far_corner_are_exact() {
     assert_eq!([m.area, m.x, m.y, m.xx, m.xy, m.yy], expected);
     assert!(expected[3] > i64::from(u32::MAX), "no test of 32-bit overflow");
 }
+
+/// An outline must be known before the one around it, also when both close within a block of rows.
+#[test]
+fn closed_outlines_come_in_the_order_of_their_closing() {
+    let (width, height) = (32usize, 32usize);
+    let within = |v: usize, first: usize, end: usize| (first..end).contains(&v);
+    let level = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let dark = within(x, 8, 24) && within(y, 8, 23) && !(within(x, 10, 22) && within(y, 10, 22));
+        if dark { 20 } else { 220 }
+    };
+    let pixels = (0..width * height).map(level).collect();
+    let mut memory = Memory::new(width);
+    let mut scanner = memory.scanner();
+    scanner.begin(width as u16, height as u16);
+    let mut bottoms = vec![];
+    let rows: Vec<u8> = pixels;
+    for row in rows.chunks_exact(width) {
+        scanner.push_row(row);
+        while let Some(label) = scanner.outlines.take_closed() {
+            bottoms.push(scanner.outlines.get(label).unwrap().bottom);
+        }
+    }
+    assert_eq!(bottoms, [21, 22]);
+}
