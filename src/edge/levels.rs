@@ -1,7 +1,7 @@
 //! The levels of a target: one dark and one bright level under one plane of illumination.
 
 use super::{Edges, Local, normal};
-use crate::fit::{Factor, Matrix};
+use crate::fit::{Factor, Matrix, Shape};
 use crate::scan::{Crossing, Pool};
 
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
@@ -16,6 +16,8 @@ pub(crate) struct Levels {
     pub bright: f32,
     pub gx: f32,
     pub gy: f32,
+    /// Covariance (xx, xy, yy) of the two slopes, 1/px^2.
+    slopes: (f32, f32, f32),
     /// More than one far sample in ten at the end of the grey scale.
     pub clipped: bool,
 }
@@ -24,7 +26,8 @@ impl Levels {
     /// A first look at the levels, from some of the crossings and for a blur of `sigma` px.
     pub fn first(edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32) -> Option<Self> {
         // With both levels 1 the first plane is additive: it is that of the mean level.
-        let unknown = Self { dark: 1.0, bright: 1.0, gx: 0.0, gy: 0.0, clipped: false };
+        let unknown =
+            Self { dark: 1.0, bright: 1.0, gx: 0.0, gy: 0.0, slopes: (0.0, 0.0, 0.0), clipped: false };
         let first = unknown.refine(edges, pool, sigma, Pass::First)?;
         let mean = 0.5 * (first.dark + first.bright);
         let levels = Self { gx: first.gx / mean, gy: first.gy / mean, ..first };
@@ -41,6 +44,18 @@ impl Levels {
     /// Bright minus dark at the origin, grey levels.
     pub fn contrast(&self) -> f32 {
         self.bright - self.dark
+    }
+
+    /// Variance, px^2, that the uncertainty of the plane gives to either coordinate of the centre of `outer`, whose edge has
+    /// a blur of `sigma` px. A plane that is wrong by g per px moves the edge at x by g x (middle level) / (slope of the
+    /// edge), and so the ellipse towards one side; the mean over the two directions is taken.
+    pub fn plane_variance(&self, outer: &Shape, sigma: f32) -> f32 {
+        let slope = self.contrast() * normal(0.0).1 / sigma;
+        let shift = 0.5 * (self.dark + self.bright) / slope;
+        let (xx, xy, yy) = self.slopes;
+        // Half the trace of the slopes' covariance times the inverse of the ellipse's matrix.
+        let spread = (outer.ayy * xx - 2.0 * outer.axy * xy + outer.axx * yy) / (2.0 * outer.det());
+        (shift * shift * spread).max(0.0)
     }
 
     /// The levels along an axis through `point`, px from the origin, in the direction of the unit vector `axis`.
@@ -66,8 +81,11 @@ impl Levels {
                     let (x, y) = local.point(sample.place);
                     let mixed = self.mixed(sample.lightness);
                     let expected = mixed * (1.0 + self.gx * x + self.gy * y);
-                    if pass == Pass::First || (sample.level - expected).abs() < OUTLIER * self.contrast() {
+                    let residual = sample.level - expected;
+                    if pass == Pass::First || residual.abs() < OUTLIER * self.contrast() {
                         normals.add(&sample, mixed * x * scale, mixed * y * scale);
+                        normals.squares += sample.weight * residual * residual;
+                        normals.weights += sample.weight;
                     }
                 }
             }
@@ -157,6 +175,9 @@ impl Samples {
 struct Normals {
     m: Matrix<4>,
     right: [f32; 4],
+    /// Weighted sum of the squared residuals of the pass before, and of the weights.
+    squares: f32,
+    weights: f32,
     samples: u32,
     clipped: u32,
 }
@@ -183,8 +204,12 @@ impl Normals {
     }
 
     fn solve(&self, scale: f32) -> Option<Levels> {
-        let [dark, bright, gx, gy] = Factor::new(&self.m)?.solve(self.right);
+        let factor = Factor::new(&self.m)?;
+        let [dark, bright, gx, gy] = factor.solve(self.right);
+        let variance = self.squares / self.weights * scale * scale;
+        let [_, _, xx, xy] = factor.solve([0.0, 0.0, variance, 0.0]);
+        let [_, _, _, yy] = factor.solve([0.0, 0.0, 0.0, variance]);
         let clipped = self.clipped > self.samples / 10;
-        Some(Levels { dark, bright, gx: gx * scale, gy: gy * scale, clipped })
+        Some(Levels { dark, bright, gx: gx * scale, gy: gy * scale, slopes: (xx, xy, yy), clipped })
     }
 }

@@ -12,11 +12,21 @@ pub(super) struct Centre {
     pub x: f32,
     pub y: f32,
     pub covariance: Covariance,
+    /// How far it moves when uneven light moves the outer ellipse by 1 px: edges of opposite polarity move apart.
+    swing: f32,
 }
 
 impl Centre {
-    pub fn of(adjusted: &Adjusted) -> Self {
-        Self { x: adjusted.shape.cx, y: adjusted.shape.cy, covariance: adjusted.covariance }
+    pub fn of(circle: &Fitted) -> Self {
+        let Adjusted { shape, covariance, .. } = circle.adjusted;
+        Self { x: shape.cx, y: shape.cy, covariance, swing: swing(circle) }
+    }
+
+    /// Its covariance with that of the illumination plane, which moves the outer ellipse with the variance `plane`, px^2.
+    pub fn total_covariance(&self, plane: f32) -> Covariance {
+        let added = plane * self.swing * self.swing;
+        let Covariance { xx, xy, yy } = self.covariance;
+        Covariance { xx: xx + added, xy, yy: yy + added }
     }
 
     /// Where the line through this centre and the ellipse centres puts that of the circle with `ratio`: B = C + K g, with K
@@ -57,12 +67,13 @@ pub(super) fn combine(circles: &FittedList, t: f32) -> Option<Centre> {
         inputs.push((circle.ratio, variance(circle))).ok()?;
     }
     let outer = circles.first()?.adjusted.shape;
-    let mut centre = Centre { x: outer.cx, y: outer.cy, covariance: Covariance::default() };
+    let mut centre = Centre { x: outer.cx, y: outer.cy, covariance: Covariance::default(), swing: 0.0 };
     for (weight, circle) in weights(&inputs, t)?.iter().zip(circles) {
         let Adjusted { shape, covariance, .. } = circle.adjusted;
         // About the outer centre: the weights sum to 1, so only differences of centres count.
         centre.x += weight * (shape.cx - outer.cx);
         centre.y += weight * (shape.cy - outer.cy);
+        centre.swing += weight * swing(circle);
         let square = weight * weight;
         centre.covariance.xx += square * covariance.xx;
         centre.covariance.xy += square * covariance.xy;
@@ -79,6 +90,11 @@ pub(super) fn combine(circles: &FittedList, t: f32) -> Option<Centre> {
 /// need one.
 fn variance(circle: &Fitted) -> f32 {
     circle.adjusted.covariance.xx + circle.adjusted.covariance.yy + 1e-12
+}
+
+/// How far uneven light moves an ellipse where it moves the outer one by 1 px.
+fn swing(circle: &Fitted) -> f32 {
+    if circle.dark_inside { circle.ratio } else { -circle.ratio }
 }
 
 /// t of [`crate::centre::perspective`] from the outer and the innermost circle.

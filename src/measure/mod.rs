@@ -95,7 +95,7 @@ fn assemble(
     if b < limits::MIN_OUTER_SEMI_AXIS {
         return Err(Reject::TooSmall);
     }
-    let plain = Centre::of(&outer.adjusted);
+    let plain = Centre::of(outer);
     let eq7 = combine(circles, 0.0).ok_or(degenerate)?;
     let exact = measured_perspective(circles).and_then(|t| combine(circles, t)).ok_or(degenerate)?;
     let chosen = match settings.compensation {
@@ -105,7 +105,7 @@ fn assemble(
     };
     let mut target = Target {
         centre: chosen.position(origin),
-        covariance: chosen.covariance,
+        covariance: chosen.total_covariance(levels.plane_variance(&outer.adjusted.shape, blur)),
         eq7: eq7.position(origin),
         exact: exact.position(origin),
         circles: Vec::new(),

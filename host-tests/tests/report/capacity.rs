@@ -41,6 +41,7 @@ fn largest_summary() -> Summary {
         targets: u32::MAX,
         rejected: Reject::ALL.iter().map(|&(cause, _)| (cause, u32::MAX)).collect(),
         dropped: Dropped { runs: u32::MAX, outlines: u32::MAX, crossings: u32::MAX },
+        ..Summary::default()
     }
 }
 

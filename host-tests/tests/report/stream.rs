@@ -56,6 +56,7 @@ fn any_summary() -> impl Strategy<Value = Summary> {
             targets: 0,
             rejected: Reject::ALL.iter().zip(counts).map(|(&(cause, _), count)| (cause, count)).collect(),
             dropped: Dropped { runs, outlines, crossings },
+            ..Summary::default()
         }
     })
 }
