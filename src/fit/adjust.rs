@@ -2,8 +2,9 @@
 //!
 //! In the frame where the ellipse is the unit circle, q = L (p - c) with A = L' L, the conic is |q|^2 - 1 plus five
 //! small terms. Each point counts with the inverse square of the conic's gradient *in the image*, so that the sum is
-//! that of squared distances in px (Sampson 1982, "Fitting conic sections to very scattered data", eq. 4); the normal
-//! matrix is then the inverse covariance of the five terms for a unit variance of the edge.
+//! that of squared distances in px (Sampson 1982, "Fitting conic sections to 'very scattered' data", Comput. Graph.
+//! Image Process. 18); the normal matrix is then the inverse covariance of the five terms for a unit variance of the
+//! edge.
 
 use super::shape::{Frame, Shape};
 use super::solve::{Factor, Matrix};
