@@ -1,6 +1,23 @@
 //! The library's numbers in `f64`.
 
 use concentric::{Covariance, Position};
+use serde::Serialize;
+
+/// A place in the image, px, as the JSON lines have it.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Place {
+    /// Column.
+    pub x: f64,
+    /// Row.
+    pub y: f64,
+}
+
+impl From<Position> for Place {
+    fn from(position: Position) -> Self {
+        let [x, y] = px(position);
+        Self { x, y }
+    }
+}
 
 /// `position` in px, exactly.
 pub fn px(position: Position) -> [f64; 2] {

@@ -172,6 +172,25 @@ fn full_buffers_are_counted_and_spoil_nothing_else() {
     );
 }
 
+/// A storage for no frame, for the narrowest, and for one pixel less than it is given.
+#[test]
+fn width_is_a_capacity_like_the_others() {
+    let mut none = Storage::<0, 0, 0>::new();
+    assert_eq!(
+        Detector::new(ring(), &mut none).begin(8, 8).err(),
+        Some(FrameError::Width { given: 8, max: 0 })
+    );
+    let mut narrow = Storage::<8, 4, 4>::new();
+    let mut detector = Detector::new(ring(), &mut narrow);
+    assert_eq!(detector.begin(7, 8).err(), Some(FrameError::Width { given: 7, max: 8 }));
+    assert_eq!(detector.begin(9, 8).err(), Some(FrameError::Width { given: 9, max: 8 }));
+    let mut scan = detector.begin(8, 8).expect("fits exactly");
+    for _ in 0..8 {
+        assert_eq!(scan.push_row(&[200; 8]).expect("a row").count(), 0);
+    }
+    assert_eq!(scan.finish().expect("all rows").summary().targets, 0);
+}
+
 /// Runs that do not fit in a row's list are counted; what lies left of them is found all the same.
 #[test]
 fn too_many_runs_in_a_row_cost_only_what_lies_right_of_them() {

@@ -1,10 +1,11 @@
 //! One JSON object per image and line.
 
 use anyhow::Result;
-use concentric::{Circle, Dropped, Position, Rejects, Target};
+use concentric::{Circle, Dropped, Rejects, Target};
 use serde::{Serialize, Serializer};
 
 use super::Outcome;
+use crate::measure::Place;
 use crate::picture::Picture;
 
 #[derive(Serialize)]
@@ -30,12 +31,6 @@ struct TargetEntry {
     contrast: f32,
     blur: f32,
     flags: Vec<&'static str>,
-}
-
-#[derive(Serialize)]
-struct Place {
-    x: f64,
-    y: f64,
 }
 
 #[derive(Serialize)]
@@ -101,12 +96,5 @@ impl From<&Circle> for CircleEntry {
         let Place { x, y } = circle.ellipse.centre.into();
         let Circle { ellipse, rms, points, .. } = *circle;
         Self { x, y, a: ellipse.a, b: ellipse.b, theta: ellipse.theta, rms, points }
-    }
-}
-
-impl From<Position> for Place {
-    fn from(position: Position) -> Self {
-        let [x, y] = crate::measure::px(position);
-        Self { x, y }
     }
 }

@@ -2,13 +2,14 @@
 
 use std::f32::consts::PI;
 
+use concentric::Rejects;
 use concentric::report::{
     CircleEntry, Details, FrameHead, FrameReport, Hello, Pixels, Shape, TargetEntry, Version,
 };
-use concentric::{Position, Rejects};
 use serde::{Serialize, Serializer};
 
 use super::Counts;
+use crate::measure::Place;
 
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
@@ -61,12 +62,6 @@ struct Target {
     #[serde(skip_serializing_if = "Option::is_none")]
     blur: Option<f32>,
     flags: Vec<&'static str>,
-}
-
-#[derive(Serialize)]
-struct Place {
-    x: f64,
-    y: f64,
 }
 
 #[derive(Serialize)]
@@ -193,12 +188,5 @@ impl From<&CircleEntry> for Circle {
             fit: Some(Fit { points: entry.points, ratio }),
             ..Self::new(&entry.shape)
         }
-    }
-}
-
-impl From<Position> for Place {
-    fn from(position: Position) -> Self {
-        let px = |units: i32| f64::from(units) / f64::from(Position::SCALE);
-        Self { x: px(position.x), y: px(position.y) }
     }
 }
