@@ -58,7 +58,9 @@ fn target() -> Target {
         covariance: Covariance::default(),
         rms: 0.03125,
         points: 77,
+        gap: 33.75,
         ratio,
+        measured_ratio: ratio * 0.75,
     };
     let mut target = Target {
         centre: at(65536 + 16384, 2 * 65536 - 32768),
@@ -66,6 +68,7 @@ fn target() -> Target {
         eq7: at(65536, 65536),
         exact: at(-65536, 0),
         contrast: 180.5,
+        noise: 2.25,
         blur: 0.75,
         flags: Flags(Flags::LIGHT.0 | Flags::SMALL.0),
         ..Target::default()

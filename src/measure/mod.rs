@@ -17,7 +17,7 @@ use crate::settings::{Compensation, Polarity, Settings, limits};
 use crate::target::{Circle, Covariance, Flags, MAX_CIRCLES, Target};
 use choose::choose;
 use combine::{Centre, combine, measured_perspective};
-use ellipse::{FittedList, fit};
+use ellipse::{Fitted, FittedList, SECTORS, fit};
 use heapless::Vec;
 
 /// First guess of the blur, px, for the first look at the levels.
@@ -110,6 +110,7 @@ fn assemble(
         exact: exact.position(origin),
         circles: Vec::new(),
         contrast: levels.contrast(),
+        noise: levels.noise,
         blur,
         flags: flags(circles, settings, levels),
     };
@@ -117,11 +118,22 @@ fn assemble(
     let (dx, dy) = (plain.x - exact.x, plain.y - exact.y);
     target.flags.set(Flags::INSIGNIFICANT, dx * dx + dy * dy < added(&exact.covariance));
     for circle in circles {
-        let Adjusted { shape, covariance, rms, points } = circle.adjusted;
-        let ellipse = shape.to_ellipse(i32::from(origin.0), i32::from(origin.1));
-        let _ = target.circles.push(Circle { ellipse, covariance, rms, points, ratio: circle.ratio });
+        let _ = target.circles.push(report(circle, origin));
     }
     Ok(target)
+}
+
+fn report(circle: &Fitted, origin: (u16, u16)) -> Circle {
+    let Adjusted { shape, covariance, rms, points } = circle.adjusted;
+    Circle {
+        ellipse: shape.to_ellipse(i32::from(origin.0), i32::from(origin.1)),
+        covariance,
+        rms,
+        points,
+        gap: circle.gap as f32 * (360.0 / SECTORS as f32),
+        ratio: circle.ratio,
+        measured_ratio: circle.measured_ratio,
+    }
 }
 
 fn flags(circles: &FittedList, settings: &Settings, levels: &Levels) -> Flags {

@@ -18,7 +18,9 @@ fn largest() -> Target {
         covariance: Covariance::default(),
         rms: 1.0,
         points: u16::MAX,
+        gap: 360.0,
         ratio: 1.0,
+        measured_ratio: 1.0,
     };
     let mut target = Target {
         centre: place,
@@ -26,6 +28,7 @@ fn largest() -> Target {
         eq7: place,
         exact: place,
         contrast: 5000.0,
+        noise: 300.0,
         blur: 300.0,
         flags: Flags(u16::MAX),
         ..Target::default()

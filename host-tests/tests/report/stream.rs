@@ -15,13 +15,15 @@ fn any_position() -> impl Strategy<Value = Position> {
 
 fn any_circle() -> impl Strategy<Value = Circle> {
     let ellipse = (any_position(), any::<f32>(), any::<f32>(), -4.0f32..4.0);
-    (ellipse, any::<f32>(), any::<u16>(), 0.0f32..2.0).prop_map(
-        |((centre, a, b, theta), rms, points, ratio)| Circle {
+    (ellipse, any::<f32>(), any::<u16>(), 0.0f32..400.0, (0.0f32..2.0, 0.0f32..2.0)).prop_map(
+        |((centre, a, b, theta), rms, points, gap, (ratio, measured_ratio))| Circle {
             ellipse: Ellipse { centre, a, b, theta },
             covariance: Covariance::default(),
             rms,
             points,
+            gap,
             ratio,
+            measured_ratio,
         },
     )
 }
@@ -30,15 +32,16 @@ fn any_target() -> impl Strategy<Value = Target> {
     let covariance =
         (any::<f32>(), any::<f32>(), any::<f32>()).prop_map(|(xx, xy, yy)| Covariance { xx, xy, yy });
     let places = (any_position(), any_position(), any_position());
-    let rest = (0.0f32..5000.0, 0.0f32..300.0, any::<u16>());
+    let rest = (0.0f32..5000.0, 0.0f32..300.0, 0.0f32..300.0, any::<u16>());
     (places, covariance, vec(any_circle(), 0..=8), rest).prop_map(
-        |((centre, eq7, exact), covariance, circles, (contrast, blur, flags))| Target {
+        |((centre, eq7, exact), covariance, circles, (contrast, noise, blur, flags))| Target {
             centre,
             covariance,
             eq7,
             exact,
             circles: circles.into_iter().collect(),
             contrast,
+            noise,
             blur,
             flags: Flags(flags),
         },
