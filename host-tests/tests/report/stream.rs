@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use concentric::report::{DecodeError, Detail, Hello, Message, Report, SEPARATOR, Version, max_len};
+use concentric::report::{
+    DecodeError, Detail, Hello, Message, Report, SEPARATOR, Version, WIRE_VERSION, max_len,
+};
 use concentric::{Circle, Covariance, Dropped, Ellipse, Flags, Position, Reject, Summary, Target};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -266,9 +268,9 @@ fn an_intact_message_that_makes_no_sense_says_why() {
         other => panic!("{other:?}"),
     };
     assert_eq!(outcomes::<LEN>(&frame(content)), outcomes::<LEN>(&good));
-    assert_eq!(why(&[&[2], &content[1..]].concat()), DecodeError::Version(2));
-    assert_eq!(why(&[&[1, 9], &content[2..]].concat()), DecodeError::Kind(9));
-    assert_eq!(why(&[&[1, 1], &content[2..]].concat()), DecodeError::Body);
+    assert_eq!(why(&[&[WIRE_VERSION + 1], &content[1..]].concat()), DecodeError::Version(WIRE_VERSION + 1));
+    assert_eq!(why(&[&[WIRE_VERSION, 9], &content[2..]].concat()), DecodeError::Kind(9));
+    assert_eq!(why(&[&[WIRE_VERSION, 1], &content[2..]].concat()), DecodeError::Body);
     assert_eq!(why(&[content, &[0]].concat()), DecodeError::Body);
     for len in 2..content.len() {
         assert_eq!(why(&content[..len]), DecodeError::Body, "{len}");
@@ -280,7 +282,7 @@ fn an_intact_message_that_makes_no_sense_says_why() {
 #[test]
 fn an_empty_last_block_may_be_sent_or_left_out() {
     // 254 bytes without a zero, checksum included, of a kind that shows that the checksum was right.
-    let messages = (1..=255).map(|fill| frame(&[[1, 9].as_slice(), &[fill; 248]].concat()));
+    let messages = (1..=255).map(|fill| frame(&[[WIRE_VERSION, 9].as_slice(), &[fill; 248]].concat()));
     let without = messages.into_iter().find(|message| message.len() == 256).unwrap();
     assert_eq!(without[0], 0xFF);
     let with = [&without[..255], &[1, 0]].concat();
