@@ -111,7 +111,7 @@ impl Flags {
     pub const OCCLUDED: Flags = Flags(1 << 3);
     /// Residual of an ellipse is higher than the noise explains.
     pub const RESIDUAL: Flags = Flags(1 << 4);
-    /// The correction is smaller than the standard deviation that it adds.
+    /// The correction is lost in its own noise; [`Compensation::Auto`](crate::Compensation::Auto) leaves it out.
     pub const INSIGNIFICANT: Flags = Flags(1 << 5);
     /// Light on dark.
     pub const LIGHT: Flags = Flags(1 << 6);
