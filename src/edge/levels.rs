@@ -2,6 +2,7 @@
 
 use super::{Edges, Local, Outer, mean_tail, normal};
 use crate::fit::{Factor, Matrix, Shape};
+use crate::math;
 use crate::scan::{Crossing, Pool};
 
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
@@ -18,6 +19,8 @@ pub(crate) struct Levels {
     pub gy: f32,
     /// Covariance (xx, xy, yy) of the two slopes, 1/px^2.
     slopes: (f32, f32, f32),
+    /// Standard deviation of the samples about the levels of the pass before, grey levels.
+    pub noise: f32,
     /// More than one far sample in ten at the end of the grey scale.
     pub clipped: bool,
 }
@@ -26,8 +29,15 @@ impl Levels {
     /// A first look at the levels, from some of the crossings and for a blur of `sigma` px.
     pub fn first(edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32) -> Option<Self> {
         // With both levels 1 the first plane is additive: it is that of the mean level.
-        let unknown =
-            Self { dark: 1.0, bright: 1.0, gx: 0.0, gy: 0.0, slopes: (0.0, 0.0, 0.0), clipped: false };
+        let unknown = Self {
+            dark: 1.0,
+            bright: 1.0,
+            gx: 0.0,
+            gy: 0.0,
+            slopes: (0.0, 0.0, 0.0),
+            noise: 0.0,
+            clipped: false,
+        };
         let first = unknown.refine(edges, pool, sigma, Pass::First)?;
         let mean = 0.5 * (first.dark + first.bright);
         let levels = Self { gx: first.gx / mean, gy: first.gy / mean, ..first };
@@ -44,6 +54,14 @@ impl Levels {
     /// Bright minus dark at the origin, grey levels.
     pub fn contrast(&self) -> f32 {
         self.bright - self.dark
+    }
+
+    /// Variance of an edge point, px^2, that the noise gives where the edge has a blur of `sigma` px: the bound for samples
+    /// 1 px apart along it, and for a wide edge that for four samples in its middle.
+    pub fn edge_variance(&self, sigma: f32) -> f32 {
+        let share = self.noise / self.contrast();
+        // 2 sqrt(pi) sigma, and sigma^2 / (4 density(0)^2).
+        share * share * sigma * 3.545f32.max(1.571 * sigma)
     }
 
     /// Variance, px^2, that the uncertainty of the plane gives to either coordinate of the centre of `outer`, whose edge has
@@ -225,10 +243,18 @@ impl Normals {
     fn solve(&self, scale: f32) -> Option<Levels> {
         let factor = Factor::new(&self.m)?;
         let [dark, bright, gx, gy] = factor.solve(self.right);
-        let variance = self.squares / self.weights * scale * scale;
-        let [_, _, xx, xy] = factor.solve([0.0, 0.0, variance, 0.0]);
-        let [_, _, _, yy] = factor.solve([0.0, 0.0, 0.0, variance]);
-        let clipped = self.clipped > self.samples / 10;
-        Some(Levels { dark, bright, gx: gx * scale, gy: gy * scale, slopes: (xx, xy, yy), clipped })
+        let variance = self.squares / self.weights;
+        let of_slopes = variance * scale * scale;
+        let [_, _, xx, xy] = factor.solve([0.0, 0.0, of_slopes, 0.0]);
+        let [_, _, _, yy] = factor.solve([0.0, 0.0, 0.0, of_slopes]);
+        Some(Levels {
+            dark,
+            bright,
+            gx: gx * scale,
+            gy: gy * scale,
+            slopes: (xx, xy, yy),
+            noise: math::sqrt(variance),
+            clipped: self.clipped > self.samples / 10,
+        })
     }
 }
