@@ -49,6 +49,7 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+mod camera;
 mod candidate;
 pub mod centre;
 mod detector;
@@ -66,6 +67,7 @@ mod storage;
 mod summary;
 pub mod target;
 
+pub use camera::{Camera, CameraError, Distortion};
 pub use detector::{
     Detection, Detector, FrameError, Image, MAX_HEIGHT, MAX_WIDTH, MIN_SIZE, Rest, RowError, Scan, Targets,
 };

@@ -61,6 +61,18 @@ pub struct Covariance {
     pub yy: f32,
 }
 
+impl Covariance {
+    /// That of a place after the linear map `m`.
+    pub(crate) fn mapped(&self, [[a, b], [c, d]]: [[f32; 2]; 2]) -> Self {
+        let Self { xx, xy, yy } = *self;
+        Self {
+            xx: a * (a * xx + b * xy) + b * (a * xy + b * yy),
+            xy: a * (c * xx + d * xy) + b * (c * xy + d * yy),
+            yy: c * (c * xx + d * xy) + d * (c * xy + d * yy),
+        }
+    }
+}
+
 /// The image of one circle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
