@@ -73,7 +73,8 @@ impl Distortion {
         let mut t = 0.0;
         let mut next = 0.002;
         // Up to 89 degrees from the axis; larger ones have no pinhole image.
-        while next < 3000.0 && 1.0 + next * (3.0 * self.k1 + next * (5.0 * self.k2 + next * 7.0 * self.k3)) > 0.0
+        while next < 3000.0
+            && 1.0 + next * (3.0 * self.k1 + next * (5.0 * self.k2 + next * 7.0 * self.k3)) > 0.0
         {
             t = next;
             next *= 1.01;
@@ -133,8 +134,11 @@ impl Camera {
         let values = [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)];
         while i < values.len() {
             let (name, value) = values[i];
-            let (min, max) =
-                if i < 2 { (Self::MIN_FOCAL, Self::MAX_FOCAL) } else { (-Self::MAX_CENTRE, Self::MAX_CENTRE) };
+            let (min, max) = if i < 2 {
+                (Self::MIN_FOCAL, Self::MAX_FOCAL)
+            } else {
+                (-Self::MAX_CENTRE, Self::MAX_CENTRE)
+            };
             // Written so that NaN fails too.
             if !(value >= min && value <= max) {
                 return Err(CameraError { name, value, min, max });

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use crate::camera::Camera;
+
 /// Largest number of circles in a [`TargetSpec`].
 pub const MAX_SPEC_CIRCLES: usize = 4;
 
@@ -99,6 +101,10 @@ pub enum Compensation {
     /// The form of eq. (7) that is exact for any perspective.
     #[default]
     Exact,
+    /// With a known camera ([`Settings::camera`]): the shapes of the ellipses tell the plane of the target, and with it the
+    /// centre at less than half the noise. Where they contradict the camera it is the exact form's centre, and the target has
+    /// no normal.
+    Known,
 }
 
 /// Settings of a [`Detector`](crate::Detector).
@@ -109,17 +115,26 @@ pub struct Settings {
     pub spec: TargetSpec,
     /// How to compensate.
     pub compensation: Compensation,
+    /// The camera, if it is known.
+    pub camera: Option<Camera>,
 }
 
 impl Settings {
     /// Settings for `spec` with the exact compensation.
     pub const fn new(spec: TargetSpec) -> Self {
-        Self { spec, compensation: Compensation::Exact }
+        Self { spec, compensation: Compensation::Exact, camera: None }
     }
 
     /// The same with another compensation.
     pub const fn compensation(mut self, compensation: Compensation) -> Self {
         self.compensation = compensation;
+        self
+    }
+
+    /// The same with a known camera: edge points are freed from lens distortion before the ellipses are fitted, and targets
+    /// have a normal.
+    pub const fn camera(mut self, camera: Camera) -> Self {
+        self.camera = Some(camera);
         self
     }
 }
@@ -225,6 +240,11 @@ pub(crate) mod limits {
     pub const FLAG_CONTRAST: f32 = 40.0;
     /// Below this inner semi-minor axis or gap the flag `SMALL` is set, px.
     pub const FLAG_SMALL: f32 = 4.0;
+    /// Mean squared residual of a target's ellipses under the camera, in units of their variance, above which they
+    /// contradict it: 3 standard deviations in the mean of four or more.
+    pub const CAMERA_MISFIT: f32 = 9.0;
+    /// The same above which the covariance grows with it: chance alone exceeds it in 1 % of targets with two circles.
+    pub const CAMERA_INFLATION: f32 = 3.3;
     /// Residuals above this many RMS are outliers.
     pub const OUTLIER: f32 = 3.5;
 }

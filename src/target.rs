@@ -77,9 +77,10 @@ impl Covariance {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ellipse {
-    /// Ellipse centre (B in Huo et al. 2013).
+    /// Ellipse centre (B in Huo et al. 2013). With a camera in the settings, where the image shows the centre of the ellipse
+    /// that a lens without distortion would show.
     pub centre: Position,
-    /// Semi-major axis, px.
+    /// Semi-major axis, px. With a camera, this and what follows are of that ellipse: in undistorted px.
     pub a: f32,
     /// Semi-minor axis, px, `<= a`.
     pub b: f32,
@@ -95,7 +96,7 @@ pub struct Circle {
     pub ellipse: Ellipse,
     /// Covariance of the ellipse centre, px^2.
     pub covariance: Covariance,
-    /// RMS distance of the edge points from the ellipse, px.
+    /// RMS distance of the edge points from the ellipse, px; undistorted px with a camera.
     pub rms: f32,
     /// Edge points in the fit.
     pub points: u16,
@@ -157,6 +158,9 @@ impl Flags {
 }
 
 /// A target found in a frame.
+///
+/// With a camera in the settings all ellipses are those that a lens without distortion would show. Places and
+/// covariances are nevertheless in the image as it is: each is put back through the lens.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Target {
@@ -168,6 +172,9 @@ pub struct Target {
     pub eq7: Position,
     /// Centre by the exact form.
     pub exact: Position,
+    /// Unit normal of the target's plane, towards the camera, in camera axes (x right, y down, z forward, so that z is
+    /// negative). Only with a camera ([`Settings::camera`](crate::Settings::camera)) that the ellipses do not contradict.
+    pub normal: Option<[f32; 3]>,
     /// The circles, outermost first; at least two.
     pub circles: Vec<Circle, MAX_CIRCLES>,
     /// Bright minus dark level at the target's middle, grey levels.

@@ -16,7 +16,9 @@
 mod combine;
 mod pencil;
 mod real;
+mod section;
 
 pub use combine::{Weights, perspective, weights};
 pub use pencil::Pencil;
 pub use real::Real;
+pub use section::{Misfit, Section, Sight};

@@ -1,5 +1,6 @@
 //! One edge: its edge points to an ellipse.
 
+use super::origin::Origin;
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Sums};
 use crate::math;
@@ -35,10 +36,11 @@ pub(super) fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
 }
 
 /// Fits the ellipse of one edge to its edge points.
-pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fitted, Reject> {
+pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin) -> Result<Fitted, Reject> {
     let mut sums = Sums::default();
-    let points = || pool.iter(edge.crossings).filter_map(|crossing| edge_point(crossing, origin));
-    points().for_each(|(x, y)| sums.add(x, y));
+    let crossings = || pool.iter(edge.crossings).filter_map(|crossing| edge_point(crossing, origin.pixel));
+    crossings().filter_map(|point| origin.on_grid(point)).for_each(|(x, y)| sums.add(x, y));
+    let points = || crossings().filter_map(|point| origin.undistorted(point));
     let start = sums.fit().ok_or(Reject::NotElliptic)?;
     let mut step = adjust(start, points(), f32::INFINITY)?;
     let limit = limits::OUTLIER * step.adjusted.rms.max(1.0 / 256.0);
@@ -79,11 +81,10 @@ struct Step {
 }
 
 /// One step from `shape` with the points nearer to it than `limit` px.
-fn adjust(shape: Shape, points: impl Iterator<Item = (i32, i32)>, limit: f32) -> Result<Step, Reject> {
+fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, limit: f32) -> Result<Step, Reject> {
     let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
     let (mut sectors, mut farthest) = (0u32, 0.0f32);
     for (x, y) in points {
-        let (x, y) = (x as f32 / 256.0, y as f32 / 256.0);
         let point = adjustment.view(x, y);
         let distance = point.square_distance();
         if distance < limit * limit {

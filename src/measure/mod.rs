@@ -2,11 +2,15 @@
 //!
 //! 1. [`ellipse`]: each edge's points to an ellipse.
 //! 2. [`choose`]: which of these make a target.
-//! 3. [`combine`]: their centres to the true centre, with its covariance.
+//! 3. [`combine`]: their centres to the true centre, with its covariance; [`known`]: the same with a known camera.
+//!
+//! From the edge points on everything is in undistorted px about the target's [`origin`].
 
 mod choose;
 mod combine;
 mod ellipse;
+mod known;
+mod origin;
 
 use crate::candidate;
 use crate::edge::{self, Edge, Edges, Levels};
@@ -14,11 +18,13 @@ use crate::fit::Adjusted;
 use crate::reject::Reject;
 use crate::scan::{Pool, Scanner};
 use crate::settings::{Compensation, Polarity, Settings, limits};
-use crate::target::{Circle, Covariance, Flags, MAX_CIRCLES, Target};
+use crate::target::{Circle, Covariance, Ellipse, Flags, MAX_CIRCLES, Target};
 use choose::choose;
 use combine::{Centre, combine, measured_perspective};
 use ellipse::{FittedList, fit};
 use heapless::Vec;
+use known::known;
+use origin::Origin;
 
 /// First guess of the blur, px, for the first look at the levels.
 const BLUR_GUESS: f32 = 0.8;
@@ -37,9 +43,10 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let blur = edge::measure_blur(&edges, pool, &levels);
     let levels = levels.refined(&edges, pool, blur).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
-    let fitted = fit_all(&edges, pool, &levels, blur)?;
+    let origin = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
+    let fitted = fit_all(&edges, pool, &levels, blur, &origin)?;
     let circles = choose(&fitted, settings, scanner.width())?;
-    assemble(&circles, settings, &levels, blur, origin)
+    assemble(&circles, settings, &levels, blur, &origin)
 }
 
 /// The outlines of the chain as edges about `origin`, outermost first.
@@ -67,12 +74,18 @@ fn check_contrast(levels: &Levels) -> Result<(), Reject> {
 }
 
 /// Fits every edge. Those that are no ellipse are left out; an error if less than two remain.
-fn fit_all(edges: &Edges<'_>, pool: &mut Pool<'_>, levels: &Levels, blur: f32) -> Result<FittedList, Reject> {
+fn fit_all(
+    edges: &Edges<'_>,
+    pool: &mut Pool<'_>,
+    levels: &Levels,
+    blur: f32,
+    origin: &Origin,
+) -> Result<FittedList, Reject> {
     let mut fitted = FittedList::new();
     let mut cause = Reject::Alone;
     for (k, edge) in edges.edges.iter().enumerate() {
         edge::place(edges, k, pool, levels, blur);
-        match fit(edge, pool, edges.origin) {
+        match fit(edge, pool, origin) {
             Ok(fit) => {
                 let _ = fitted.push(fit);
             }
@@ -87,7 +100,7 @@ fn assemble(
     settings: &Settings,
     levels: &Levels,
     blur: f32,
-    origin: (u16, u16),
+    origin: &Origin,
 ) -> Result<Target, Reject> {
     let outer = circles.first().ok_or(Reject::Alone)?;
     let degenerate = Reject::NotConcentric;
@@ -98,16 +111,20 @@ fn assemble(
     let plain = Centre::of(outer);
     let eq7 = combine(circles, 0.0).ok_or(degenerate)?;
     let exact = measured_perspective(circles).and_then(|t| combine(circles, t)).ok_or(degenerate)?;
+    let known = origin.lens().and_then(|lens| known(circles, lens));
     let chosen = match settings.compensation {
         Compensation::None => plain,
         Compensation::Eq7 => eq7,
         Compensation::Exact => exact,
+        Compensation::Known => known.map_or(exact, |known| known.centre),
     };
+    let covariance = chosen.total_covariance(levels.plane_variance(&outer.adjusted.shape, blur));
     let mut target = Target {
-        centre: chosen.position(origin),
-        covariance: chosen.total_covariance(levels.plane_variance(&outer.adjusted.shape, blur)),
-        eq7: eq7.position(origin),
-        exact: exact.position(origin),
+        centre: origin.position(chosen.x, chosen.y),
+        covariance: origin.covariance((chosen.x, chosen.y), &covariance),
+        eq7: origin.position(eq7.x, eq7.y),
+        exact: origin.position(exact.x, exact.y),
+        normal: known.map(|known| known.normal),
         circles: Vec::new(),
         contrast: levels.contrast(),
         blur,
@@ -117,8 +134,9 @@ fn assemble(
     let (dx, dy) = (plain.x - exact.x, plain.y - exact.y);
     target.flags.set(Flags::INSIGNIFICANT, dx * dx + dy * dy < added(&exact.covariance));
     for circle in circles {
-        let Adjusted { shape, covariance, rms, points } = circle.adjusted;
-        let ellipse = shape.to_ellipse(i32::from(origin.0), i32::from(origin.1));
+        let Adjusted { shape, covariance, rms, points, .. } = circle.adjusted;
+        let ellipse = Ellipse { centre: origin.position(shape.cx, shape.cy), ..shape.to_ellipse() };
+        let covariance = origin.covariance((shape.cx, shape.cy), &covariance);
         let _ = target.circles.push(Circle { ellipse, covariance, rms, points, ratio: circle.ratio });
     }
     Ok(target)
