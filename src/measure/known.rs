@@ -17,8 +17,8 @@ use crate::target::Covariance;
 const STEPS: usize = 8;
 /// A step of the centre below this, px, is the last.
 const SETTLED: f32 = 1e-4;
-/// Least standard deviation, px: a picture without noise has none, and the weights need one.
-const LEAST: f32 = 1e-6;
+/// Least standard deviation in units of the ellipse: what rounding leaves in a picture without noise.
+const LEAST: f32 = 5e-7;
 
 /// What a known camera tells of a target.
 #[derive(Clone, Copy, Debug)]
@@ -31,22 +31,18 @@ pub(super) struct Known {
 
 /// The centre with the camera that `lens` sees the origin with. `None` where the ellipses contradict the camera.
 ///
-/// The two planes that an ellipse leaves are both tried. Where the centres do not tell them apart, the result is their mean,
-/// weighted by how well each fits, with the distance between them in its covariance.
+/// The two planes that an ellipse leaves are both tried, and the one between them, which is the limit of both where the
+/// stretch is lost in noise. The result is their mean, weighted by how well each fits, with the distances between them in
+/// its covariance.
 pub(super) fn known(circles: &FittedList, lens: &Local) -> Option<Known> {
     let view = View::new(circles, lens)?;
     let outer = view.observe(circles.first()?)?;
-    let [a, b] = outer.sight.sections().map(|section| view.solve(section.line));
-    let (best, other) = match (a, b) {
-        (Some(a), Some(b)) => {
-            if a.squares <= b.squares {
-                (a, b)
-            } else {
-                (b, a)
-            }
-        }
-        (Some(one), None) | (None, Some(one)) => (one, one),
-        (None, None) => return None,
+    let [a, b] = outer.sight.sections().map(|section| section.line);
+    let (first, second) = (view.solve(a), view.solve(b));
+    let best = match (first, second) {
+        (Some(a), Some(b)) if a.squares <= b.squares => a,
+        (_, Some(b)) => b,
+        (a, None) => a?,
     };
     let free = 4.0 * (circles.len() as f32 - 1.0);
     let excess = best.squares / free;
@@ -54,7 +50,8 @@ pub(super) fn known(circles: &FittedList, lens: &Local) -> Option<Known> {
     if !(excess <= limits::CAMERA_MISFIT) {
         return None;
     }
-    let mean = best.mean(&other);
+    let between = view.at_line((0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1)), &best);
+    let mean = best.mean(&[first, second, between]);
     let inflation = (excess / limits::CAMERA_INFLATION).max(1.0);
     let (nx, ny, nz) = outer.sight.normal(best.line);
     Some(Known { centre: view.centre(&mean, inflation), normal: [nx, ny, nz] })
@@ -109,7 +106,7 @@ impl<'c> View<'c> {
         let at = (self.at.0 + shape.cx, self.at.1 + self.aspect * shape.cy);
         let mut covariance = circle.adjusted.frame_covariance;
         for k in 0..4 {
-            covariance[k][k] += LEAST * LEAST * frame.l0 * frame.l2;
+            covariance[k][k] += LEAST * LEAST;
         }
         Some(Observed {
             sight: Sight::new((frame.l0, frame.l1, frame.l2), at, self.focal_length),
@@ -151,6 +148,19 @@ impl<'c> View<'c> {
         None
     }
 
+    /// The best centre with a given line; covariance and swing are those of `like`.
+    fn at_line(&self, line: (f32, f32), like: &Solution) -> Option<Solution> {
+        let mut normal = Normal::default();
+        for circle in self.circles {
+            normal.add(&self.observe(circle)?, swing(circle), &[0.0, 0.0, line.0, line.1])?;
+        }
+        let [[xx, ..], [yx, yy, ..], ..] = normal.m;
+        let [x, y, ..] = normal.right;
+        let centre = Factor::new(&[[xx, 0.0], [yx, yy]])?.solve([x, y]);
+        let squares = normal.squares - centre[0] * x - centre[1] * y;
+        Some(Solution { centre: (centre[0], centre[1]), line, squares, ..*like })
+    }
+
     /// Back to the pixels as they are.
     fn centre(&self, solution: &Solution, inflation: f32) -> Centre {
         let Solution { centre, covariance, swing, .. } = *solution;
@@ -169,23 +179,49 @@ impl<'c> View<'c> {
 }
 
 impl Solution {
-    /// Mean with one that fits less well, each with its likelihood.
-    fn mean(&self, other: &Self) -> Self {
-        let likelihood = math::exp(0.5 * (self.squares - other.squares));
-        let weight = likelihood / (1.0 + likelihood);
-        let (dx, dy) = (other.centre.0 - self.centre.0, other.centre.1 - self.centre.1);
-        let between = weight * (1.0 - weight);
-        let mix = |a: f32, b: f32| a + weight * (b - a);
+    /// Mean of `all`, each with its likelihood against this one's.
+    fn mean(&self, all: &[Option<Self>]) -> Self {
+        let mut sum = Moments::default();
+        for one in all.iter().flatten() {
+            sum.add(math::exp(0.5 * (self.squares - one.squares)), one, self.centre);
+        }
+        let each = 1.0 / sum.weight;
+        let (x, y) = (each * sum.x, each * sum.y);
         Self {
-            centre: (self.centre.0 + weight * dx, self.centre.1 + weight * dy),
+            centre: (self.centre.0 + x, self.centre.1 + y),
             covariance: Covariance {
-                xx: mix(self.covariance.xx, other.covariance.xx) + between * dx * dx,
-                xy: mix(self.covariance.xy, other.covariance.xy) + between * dx * dy,
-                yy: mix(self.covariance.yy, other.covariance.yy) + between * dy * dy,
+                xx: each * sum.xx - x * x,
+                xy: each * sum.xy - x * y,
+                yy: each * sum.yy - y * y,
             },
-            swing: mix(self.swing, other.swing),
+            swing: each * sum.swing,
             ..*self
         }
+    }
+}
+
+/// Weighted sums of solutions about a place.
+#[derive(Default)]
+struct Moments {
+    weight: f32,
+    x: f32,
+    y: f32,
+    xx: f32,
+    xy: f32,
+    yy: f32,
+    swing: f32,
+}
+
+impl Moments {
+    fn add(&mut self, weight: f32, one: &Solution, about: (f32, f32)) {
+        let (dx, dy) = (one.centre.0 - about.0, one.centre.1 - about.1);
+        self.weight += weight;
+        self.x += weight * dx;
+        self.y += weight * dy;
+        self.xx += weight * (dx * dx + one.covariance.xx);
+        self.xy += weight * (dx * dy + one.covariance.xy);
+        self.yy += weight * (dy * dy + one.covariance.yy);
+        self.swing += weight * one.swing;
     }
 }
 

@@ -78,7 +78,12 @@ impl Scene {
         }
         let mut adjustment = Adjustment::new(shape).unwrap();
         points.iter().for_each(|&(x, y)| adjustment.add(&adjustment.view(x, y)));
-        Fitted { adjusted: adjustment.finish().unwrap(), dark_inside: ratio == 1.0, gap: 0, ratio: ratio as f32 }
+        Fitted {
+            adjusted: adjustment.finish().unwrap(),
+            dark_inside: ratio == 1.0,
+            gap: 0,
+            ratio: ratio as f32,
+        }
     }
 
     fn lens(&self, camera: &Camera) -> Local {
@@ -119,34 +124,61 @@ fn trials(scene: &Scene, sigma: f64, count: u32, f_used: f64) -> Statistics {
     let mut noise = Noise(7 + scene.radius as u64);
     let mut s = Statistics::default();
     for _ in 0..count {
-        let circles = super::super::ellipse::list([1.0, 0.5].into_iter().map(|ratio| scene.fit(ratio, sigma, &mut noise)));
+        let circles = super::super::ellipse::list(
+            [1.0, 0.5].into_iter().map(|ratio| scene.fit(ratio, sigma, &mut noise)),
+        );
         let exact = combine(&circles, measured_perspective(&circles).unwrap()).unwrap();
         s.exact += f64::from(exact.x * exact.x + exact.y * exact.y);
-        let Some(Known { centre: Centre { x, y, covariance: c, .. }, normal }) = known(&circles, &lens) else {
+        let Some(Known { centre: Centre { x, y, covariance: c, .. }, normal }) = known(&circles, &lens)
+        else {
             s.none += 1;
             continue;
         };
         s.known += f64::from(x * x + y * y);
-        s.normalised += f64::from((c.yy * x * x - 2.0 * c.xy * x * y + c.xx * y * y) / (c.xx * c.yy - c.xy * c.xy));
+        s.normalised +=
+            f64::from((c.yy * x * x - 2.0 * c.xy * x * y + c.xx * y * y) / (c.xx * c.yy - c.xy * c.xy));
         let off = cross(normal.map(f64::from), truth);
         let angle = off.iter().map(|x| x * x).sum::<f64>().sqrt().asin().to_degrees();
         s.angle += angle * angle;
         s.wrong += u32::from(angle > 0.5 * scene.tilt);
     }
     let mean = |sum: f64| (sum / f64::from(count - s.none)).sqrt();
-    Statistics { known: mean(s.known / 2.0), exact: mean(s.exact / 2.0), normalised: mean(s.normalised / 2.0), angle: mean(s.angle), ..s }
+    Statistics {
+        known: mean(s.known / 2.0),
+        exact: mean(s.exact / 2.0),
+        normalised: mean(s.normalised / 2.0),
+        angle: mean(s.angle),
+        ..s
+    }
 }
 
 #[test]
 fn table() {
-    for (f, at, radius) in [(2580.0, (0.0, 0.0), 30.0), (1000.0, (0.0, 0.0), 12.0), (1000.0, (300.0, -200.0), 30.0),
-        (1000.0, (0.0, 0.0), 60.0), (600.0, (200.0, 200.0), 100.0), (2580.0, (500.0, 0.0), 10.0), (2580.0, (0.0, 0.0), 8.0)] {
-        for tilt in [0.0, 1.0, 3.0, 5.0, 10.0, 20.0, 45.0, 60.0, 70.0] {
+    for (f, at, radius) in [
+        (2580.0, (0.0, 0.0), 30.0),
+        (1000.0, (0.0, 0.0), 12.0),
+        (1000.0, (300.0, -200.0), 30.0),
+        (1000.0, (0.0, 0.0), 60.0),
+        (600.0, (200.0, 200.0), 100.0),
+        (2580.0, (500.0, 0.0), 10.0),
+        (2580.0, (0.0, 0.0), 8.0),
+    ] {
+        for tilt in [0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 45.0, 60.0, 70.0] {
             let scene = Scene { f, at, radius, tilt, turn: 25.0 };
             let s = trials(&scene, 0.016, 400, f);
             let z = trials(&scene, 0.0, 1, f);
-            std::println!("f {f} R {radius} tilt {tilt}: known {:.2} exact {:.2} mpx ratio {:.2} sigma {:.2} normal {:.2} deg wrong {} none {} noise-free {:.1e}, {:.1e} px",
-                1e3 * s.known, 1e3 * s.exact, s.known / s.exact, s.normalised, s.angle, s.wrong, s.none, z.known, z.exact);
+            std::println!(
+                "f {f} R {radius} tilt {tilt}: known {:.2} exact {:.2} mpx ratio {:.2} sigma {:.2} normal {:.2} deg wrong {} none {} noise-free {:.1e}, {:.1e} px",
+                1e3 * s.known,
+                1e3 * s.exact,
+                s.known / s.exact,
+                s.normalised,
+                s.angle,
+                s.wrong,
+                s.none,
+                z.known,
+                z.exact
+            );
         }
     }
 }
