@@ -148,17 +148,18 @@ impl<'c> View<'c> {
         None
     }
 
-    /// The best centre with a given line; covariance and swing are those of `like`.
+    /// The best centre with a given line; covariance and swing are those of `like`, which fits better.
     fn at_line(&self, line: (f32, f32), like: &Solution) -> Option<Solution> {
         let mut normal = Normal::default();
+        let (cx, cy) = like.centre;
         for circle in self.circles {
-            normal.add(&self.observe(circle)?, swing(circle), &[0.0, 0.0, line.0, line.1])?;
+            normal.add(&self.observe(circle)?, swing(circle), &[cx, cy, line.0, line.1])?;
         }
         let [[xx, ..], [yx, yy, ..], ..] = normal.m;
         let [x, y, ..] = normal.right;
-        let centre = Factor::new(&[[xx, 0.0], [yx, yy]])?.solve([x, y]);
-        let squares = normal.squares - centre[0] * x - centre[1] * y;
-        Some(Solution { centre: (centre[0], centre[1]), line, squares, ..*like })
+        let [dx, dy] = Factor::new(&[[xx, 0.0], [yx, yy]])?.solve([x, y]);
+        let squares = (normal.squares - dx * x - dy * y).max(like.squares);
+        Some(Solution { centre: (cx + dx, cy + dy), line, squares, ..*like })
     }
 
     /// Back to the pixels as they are.

@@ -152,33 +152,89 @@ fn trials(scene: &Scene, sigma: f64, count: u32, f_used: f64) -> Statistics {
     }
 }
 
+/// Standard deviation of an edge point, one a px: contrast 150, noise 2, blur 0.76 px.
+const EDGE: f64 = 0.016;
+
+fn scenes() -> [Scene; 6] {
+    let scene = |f, at, radius, turn| Scene { f, at, radius, tilt: 0.0, turn };
+    [
+        scene(2580.0, (0.0, 0.0), 30.0, 25.0),
+        scene(1000.0, (0.0, 0.0), 12.0, 70.0),
+        scene(1000.0, (300.0, -200.0), 30.0, 160.0),
+        scene(1000.0, (0.0, 400.0), 60.0, 250.0),
+        scene(600.0, (200.0, 200.0), 100.0, 340.0),
+        scene(2580.0, (500.0, 0.0), 10.0, 115.0),
+    ]
+}
+
+/// Known camera: 0.43 of the noise without one, and the reported covariance is right, at every tilt: where planes cannot be
+/// told apart the gain is less, not the honesty.
 #[test]
-fn table() {
-    for (f, at, radius) in [
-        (2580.0, (0.0, 0.0), 30.0),
-        (1000.0, (0.0, 0.0), 12.0),
-        (1000.0, (300.0, -200.0), 30.0),
-        (1000.0, (0.0, 0.0), 60.0),
-        (600.0, (200.0, 200.0), 100.0),
-        (2580.0, (500.0, 0.0), 10.0),
-        (2580.0, (0.0, 0.0), 8.0),
-    ] {
-        for tilt in [0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 45.0, 60.0, 70.0] {
-            let scene = Scene { f, at, radius, tilt, turn: 25.0 };
-            let s = trials(&scene, 0.016, 400, f);
-            let z = trials(&scene, 0.0, 1, f);
-            std::println!(
-                "f {f} R {radius} tilt {tilt}: known {:.2} exact {:.2} mpx ratio {:.2} sigma {:.2} normal {:.2} deg wrong {} none {} noise-free {:.1e}, {:.1e} px",
-                1e3 * s.known,
-                1e3 * s.exact,
+fn less_than_half_the_noise_and_an_honest_sigma() {
+    for scene in scenes() {
+        for tilt in [0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 45.0, 60.0, 70.0] {
+            let s = trials(&Scene { tilt, ..scene }, EDGE, 400, scene.f);
+            let what = std::format!(
+                "f {} R {} tilt {tilt}: {:.3} of {:.2} mpx, over sigma {:.2}, normal {:.3} deg, {} wrong, {} refused",
+                scene.f,
+                scene.radius,
                 s.known / s.exact,
+                1e3 * s.exact,
                 s.normalised,
                 s.angle,
                 s.wrong,
-                s.none,
-                z.known,
-                z.exact
+                s.none
             );
+            std::println!("{what}");
+            assert_eq!(s.none, 0, "{what}");
+            // From the front of a large target the true plane is where it is looked for: better than can be expected.
+            assert!((0.82..1.13).contains(&s.normalised), "{what}");
+            assert!(s.known < 1.04 * s.exact, "{what}");
+            // The correction of small targets is within 5 standard deviations, that of the largest is known by itself.
+            if tilt >= 20.0 && scene.radius > 10.0 {
+                let limit = if scene.radius > 60.0 && tilt < 45.0 { 0.55 } else { 0.47 };
+                assert!(s.known < limit * s.exact && s.wrong == 0, "{what}");
+                assert!((0.9..1.1).contains(&s.normalised), "{what}");
+            }
         }
     }
+}
+
+/// Pooled over many trials, and the planes confused: 0 where the eccentricity is above 5 standard deviations.
+#[test]
+fn pooled_gain_at_tilts_from_20_degrees() {
+    let (mut known, mut exact, mut wrong, mut count) = (0.0, 0.0, 0, 0);
+    for scene in scenes().into_iter().take(4) {
+        for tilt in [20.0, 40.0, 60.0] {
+            let s = trials(&Scene { tilt, ..scene }, EDGE, 1000, scene.f);
+            known += (s.known / s.exact).powi(2);
+            exact += 1.0;
+            wrong += s.wrong;
+            count += 1000;
+        }
+    }
+    let ratio = (known / exact).sqrt();
+    std::println!("known camera: {ratio:.3} of the noise, {wrong} of {count} on the wrong plane");
+    assert!(ratio < 0.45 && wrong == 0);
+}
+
+#[test]
+fn without_noise_only_rounding_is_left() {
+    for scene in scenes() {
+        for tilt in [0.0, 1.0, 10.0, 45.0, 70.0] {
+            let s = trials(&Scene { tilt, ..scene }, 0.0, 1, scene.f);
+            assert!(s.known < 1e-5 && s.none == 0, "{scene:?} {tilt}: {s:?}");
+        }
+    }
+}
+
+/// A wrong focal length moves the centre by its share of the eccentricity; one that the ellipses contradict is refused.
+#[test]
+fn a_wrong_camera_is_noticed() {
+    let scene = Scene { tilt: 45.0, ..scenes()[3] };
+    let good = trials(&scene, EDGE, 50, 1000.0);
+    let off = trials(&scene, EDGE, 50, 1010.0);
+    assert!(off.known > 2.0 * good.known && off.none < 50, "{off:?}");
+    let wrong = trials(&scene, EDGE, 50, 1300.0);
+    assert_eq!(wrong.none, 50, "{wrong:?}");
 }
