@@ -16,7 +16,6 @@ mod local;
 pub use error::CameraError;
 pub(crate) use local::Local;
 
-use crate::math;
 use crate::target::Position;
 
 /// Lens distortion in OpenCV's terms, zero by default. Largest magnitude of each: [`Distortion::MAX`].
@@ -223,10 +222,9 @@ impl Camera {
         (x * x + y * y <= self.limit).then_some((x, y))
     }
 
-    /// `place` after a small shift, so that only the shift is rounded to `f32`.
+    /// `place` after a shift in the scale of [`normalised`](Self::normalised), so that only the shift is rounded to `f32`.
     fn moved(&self, place: Position, (x, y): (f32, f32)) -> Position {
-        let axis = |from: i32, by: f32| from.saturating_add(math::round(by * Position::SCALE as f32));
-        Position { x: axis(place.x, self.fx * x), y: axis(place.y, self.fy * y) }
+        place.moved((self.fx * x, self.fy * y))
     }
 }
 

@@ -52,6 +52,7 @@
 mod camera;
 mod candidate;
 pub mod centre;
+pub mod coplanar;
 mod detector;
 mod edge;
 mod fit;

@@ -245,6 +245,10 @@ pub(crate) mod limits {
     pub const CAMERA_MISFIT: f32 = 9.0;
     /// The same above which the covariance grows with it: chance alone exceeds it in 1 % of targets with two circles.
     pub const CAMERA_INFLATION: f32 = 3.3;
+    /// Poles of a target farther apart than this many standard deviations do not belong to the plane of the others.
+    pub const PLANE_SIGMAS: f32 = 5.0;
+    /// Mean squared distance of the poles, in units of their variance, above which there is no plane: 5 standard deviations.
+    pub const PLANE_MISFIT: f32 = 25.0;
     /// Residuals above this many RMS are outliers.
     pub const OUTLIER: f32 = 3.5;
 }

@@ -36,6 +36,12 @@ impl Position {
         Self { x: axis(x, dx), y: axis(y, dy) }
     }
 
+    /// The place `(dx, dy)` px from here, rounded to the grid. Saturates at the range.
+    pub(crate) fn moved(self, (dx, dy): (f32, f32)) -> Self {
+        let axis = |from: i32, by: f32| from.saturating_add(crate::math::round(by * Self::SCALE as f32));
+        Self { x: axis(self.x, dx), y: axis(self.y, dy) }
+    }
+
     /// `(x, y)` in px, rounded to `f32` (up to 1.2e-4 px of rounding at column 4000).
     pub fn to_px(self) -> (f32, f32) {
         let scale = 1.0 / Self::SCALE as f32;
