@@ -265,9 +265,9 @@ pub enum PoolError {
 impl fmt::Display for PoolError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooFew { given } => write!(f, "{given} targets given: two or more make a plane"),
+            Self::TooFew { given } => write!(f, "a plane takes two targets or more: {given} given"),
             Self::OnePlace { given } => {
-                write!(f, "{given} targets in one place given: two or more apart make a plane")
+                write!(f, "a plane takes two targets or more that are apart: {given} in one place given")
             }
             Self::NoPlane { fitting, given } => write!(
                 f,

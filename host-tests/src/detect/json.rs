@@ -26,6 +26,10 @@ struct TargetEntry {
     y: f64,
     cov: [f32; 3],
     eq7: Place,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    normal: Option<[f32; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coplanar: Option<bool>,
     circles: Vec<CircleEntry>,
     eccentricity: f32,
     contrast: f32,
@@ -51,7 +55,9 @@ struct DroppedEntry {
     crossings: u32,
 }
 
-/// The line for `picture`, its end included. Lengths in px, `cov` in px^2, angles in radians, `ms` in milliseconds.
+/// The line for `picture`, its end included. Lengths in px, `cov` in px^2, angles in radians, `ms` in milliseconds. `normal`
+/// (unit, towards the camera, in camera axes) is there with a camera, `coplanar` (on the plane of the others) where a plane
+/// was asked for.
 ///
 /// # Errors
 /// None that a caller can cause.
@@ -62,7 +68,7 @@ pub fn line(picture: &Picture, outcome: &Outcome) -> Result<String> {
         width: picture.width,
         height: picture.height,
         ms: (outcome.elapsed.as_secs_f64() * 1e6).round() / 1e3,
-        targets: outcome.targets.iter().map(TargetEntry::from).collect(),
+        targets: outcome.targets.iter().map(|target| entry(target, outcome)).collect(),
         rejected: &outcome.summary.rejected,
         dropped: DroppedEntry { runs, outlines, crossings },
     };
@@ -73,21 +79,21 @@ fn counts<S: Serializer>(rejects: &&Rejects, serializer: S) -> Result<S::Ok, S::
     serializer.collect_map(rejects.iter().map(|(cause, count)| (cause.name(), count)))
 }
 
-impl From<&Target> for TargetEntry {
-    fn from(target: &Target) -> Self {
-        let Place { x, y } = target.centre.into();
-        let cov = target.covariance;
-        Self {
-            x,
-            y,
-            cov: [cov.xx, cov.xy, cov.yy],
-            eq7: target.eq7.into(),
-            circles: target.circles.iter().map(CircleEntry::from).collect(),
-            eccentricity: target.eccentricity(),
-            contrast: target.contrast,
-            blur: target.blur,
-            flags: target.flags.names().collect(),
-        }
+fn entry(target: &Target, outcome: &Outcome) -> TargetEntry {
+    let Place { x, y } = target.centre.into();
+    let cov = target.covariance;
+    TargetEntry {
+        x,
+        y,
+        cov: [cov.xx, cov.xy, cov.yy],
+        eq7: target.eq7.into(),
+        normal: target.normal,
+        coplanar: outcome.plane.map(|plane| plane.holds(target)),
+        circles: target.circles.iter().map(CircleEntry::from).collect(),
+        eccentricity: target.eccentricity(),
+        contrast: target.contrast,
+        blur: target.blur,
+        flags: target.flags.names().collect(),
     }
 }
 
