@@ -2,7 +2,7 @@
 
 use super::origin::Origin;
 use crate::edge::Edge;
-use crate::fit::{Adjusted, Adjustment, Shape, Sums};
+use crate::fit::{Adjusted, Adjustment, Sums};
 use crate::math;
 use crate::reject::Reject;
 use crate::scan::{Axis, Crossing, Pool};
@@ -35,17 +35,18 @@ pub(super) fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
     list
 }
 
-/// Fits the ellipse of one edge to its edge points.
-pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin) -> Result<Fitted, Reject> {
+/// Fits the ellipse of one edge, blurred with the standard deviation `blur` px, to its edge points.
+pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin, blur: f32) -> Result<Fitted, Reject> {
     let mut sums = Sums::default();
     let crossings = || pool.iter(edge.crossings).filter_map(|crossing| edge_point(crossing, origin.pixel));
     crossings().filter_map(|point| origin.on_grid(point)).for_each(|(x, y)| sums.add(x, y));
     let points = || crossings().filter_map(|point| origin.undistorted(point));
     let start = sums.fit().ok_or(Reject::NotElliptic)?;
-    let mut step = adjust(start, points(), f32::INFINITY)?;
+    let begin = |shape| Adjustment::new(shape, blur).ok_or(Reject::NotElliptic);
+    let mut step = adjust(begin(start)?, points(), f32::INFINITY)?;
     let limit = limits::OUTLIER * step.adjusted.rms.max(1.0 / 256.0);
     if step.farthest > limit {
-        step = adjust(step.adjusted.shape, points(), limit)?;
+        step = adjust(begin(step.adjusted.shape)?, points(), limit)?;
     }
     let Step { adjusted, sectors, .. } = step;
     let (_, b) = adjusted.shape.semi_axes();
@@ -80,9 +81,12 @@ struct Step {
     farthest: f32,
 }
 
-/// One step from `shape` with the points nearer to it than `limit` px.
-fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, limit: f32) -> Result<Step, Reject> {
-    let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
+/// One step with the points nearer to the ellipse than `limit` px.
+fn adjust(
+    mut adjustment: Adjustment,
+    points: impl Iterator<Item = (f32, f32)>,
+    limit: f32,
+) -> Result<Step, Reject> {
     let (mut sectors, mut farthest) = (0u32, 0.0f32);
     for (x, y) in points {
         let point = adjustment.view(x, y);

@@ -85,7 +85,7 @@ fn fit_all(
     let mut cause = Reject::Alone;
     for (k, edge) in edges.edges.iter().enumerate() {
         edge::place(edges, k, pool, levels, blur);
-        match fit(edge, pool, origin) {
+        match fit(edge, pool, origin, blur) {
             Ok(fit) => {
                 let _ = fitted.push(fit);
             }

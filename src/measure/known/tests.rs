@@ -71,12 +71,12 @@ impl Scene {
         let mut shape = sums.fit().unwrap();
         // Twice, so that without noise nothing but rounding is left.
         for _ in 0..2 {
-            let mut adjustment = Adjustment::new(shape).unwrap();
+            let mut adjustment = Adjustment::new(shape, 0.0).unwrap();
             points.iter().for_each(|&(x, y)| adjustment.add(&adjustment.view(x, y)));
             let adjusted = adjustment.finish().unwrap();
             shape = adjusted.shape;
         }
-        let mut adjustment = Adjustment::new(shape).unwrap();
+        let mut adjustment = Adjustment::new(shape, 0.0).unwrap();
         points.iter().for_each(|&(x, y)| adjustment.add(&adjustment.view(x, y)));
         Fitted {
             adjusted: adjustment.finish().unwrap(),
