@@ -135,3 +135,44 @@ fn known_camera_takes_off_more_than_half_of_the_noise() {
         f64::sqrt(bounds / cells)
     );
 }
+#[test]
+fn debug_noise_free() {
+    for (f, radius, tilt) in [
+        (1000.0, 20.0, 20.0),
+        (1000.0, 30.0, 20.0),
+        (1000.0, 30.0, 40.0),
+        (1000.0, 30.0, 60.0),
+        (2580.0, 50.0, 20.0),
+        (1000.0, 50.0, 60.0),
+    ] {
+        let lens = render::Camera::new(640, 512, f);
+        for noise in [0.0, 1.0, 2.0] {
+            let (mut with, mut without, mut outer) = (Errors::default(), Errors::default(), (0.0, 0.0));
+            for i in 0..trials(40) {
+                let at = (320.0 + 40.0 * turn(i, 0.618_034), 256.0 + 40.0 * turn(i, 0.754_878));
+                let mut scene = scene(lens, radius, tilt, 360.0 * turn(i, 0.381_966), at);
+                scene.photometry.noise = noise;
+                let frame = scene.render(u64::from(i) + (1e4 * tilt + f) as u64);
+                let k = detect_with(&frame, known(camera(&lens))).0;
+                with.add(&k, &frame);
+                let e = detect_with(&frame, exact()).0;
+                without.add(&e, &frame);
+                for j in 0..2 {
+                    let el = &frame.truth.targets[0].circles[j].ellipse;
+                    let b = concentric_host::measure::px(e[0].circles[j].ellipse.centre);
+                    let s = ((el.x - b[0]).powi(2) + (el.y - b[1]).powi(2)) / 2.0 / f64::from(trials(40));
+                    if j == 0 { outer.0 += s } else { outer.1 += s }
+                }
+            }
+            println!(
+                "f {f} R {radius} tilt {tilt} noise {noise}: known {:.2} ({:.2}) exact {:.2} ({:.2}) outer {:.2} inner {:.2} mpx",
+                1e3 * with.rms(),
+                with.over_sigma(),
+                1e3 * without.rms(),
+                without.over_sigma(),
+                1e3 * f64::sqrt(outer.0),
+                1e3 * f64::sqrt(outer.1)
+            );
+        }
+    }
+}

@@ -2,7 +2,8 @@
 //!
 //! Each circle tells its ellipse's centre, which the line puts beside the true centre, and its ellipse's stretch, which says
 //! on which planes it can be the image of a circle ([`crate::centre::Sight`]). Seen from the front the stretch says nothing
-//! of the plane's direction any more; then the centres alone are left, as without a camera.
+//! of the plane's direction any more; then the centres alone are left, as without a camera. How far the light's slope, which
+//! is known only so well, moves the circles is estimated along with the rest.
 
 use super::combine::{Centre, swing};
 use super::ellipse::{Fitted, FittedList};
@@ -19,6 +20,8 @@ const STEPS: usize = 8;
 const SETTLED: f32 = 1e-4;
 /// Least standard deviation in units of the ellipse: what rounding leaves in a picture without noise.
 const LEAST: f32 = 5e-7;
+/// Least variance of the light's shift, px^2.
+const LEAST_SHIFT: f32 = 1e-10;
 
 /// What a known camera tells of a target.
 #[derive(Clone, Copy, Debug)]
@@ -33,9 +36,9 @@ pub(super) struct Known {
 ///
 /// The two planes that an ellipse leaves are both tried, and the one between them, which is the limit of both where the
 /// stretch is lost in noise. The result is their mean, weighted by how well each fits, with the distances between them in
-/// its covariance.
-pub(super) fn known(circles: &FittedList, lens: &Local) -> Option<Known> {
-    let view = View::new(circles, lens)?;
+/// its covariance. The illumination plane moves the outer ellipse with the variance `plane`, px^2.
+pub(super) fn known(circles: &FittedList, lens: &Local, plane: f32) -> Option<Known> {
+    let view = View::new(circles, lens, plane)?;
     let outer = view.observe(circles.first()?)?;
     let [a, b] = outer.sight.sections().map(|section| section.line);
     let (first, second) = (view.solve(a), view.solve(b));
@@ -66,6 +69,8 @@ struct View<'c> {
     focal_length: f32,
     /// fx / fy.
     aspect: f32,
+    /// 1 / variance of the light's shift, 1/px^2.
+    steadiness: f32,
 }
 
 /// A circle about the outer ellipse's centre.
@@ -82,21 +87,29 @@ struct Observed {
 struct Solution {
     /// True centre about the outer ellipse's centre, px.
     centre: (f32, f32),
-    /// Vanishing line about that, 1/px.
-    line: (f32, f32),
     covariance: Covariance,
-    swing: f32,
+    /// How far the light moves the outer ellipse, px.
+    shift: (f32, f32),
+    /// Vanishing line about the outer ellipse's centre, 1/px.
+    line: (f32, f32),
     /// Sum of squared residuals in units of their variance.
     squares: f32,
 }
 
 impl<'c> View<'c> {
-    fn new(circles: &'c FittedList, lens: &Local) -> Option<Self> {
+    fn new(circles: &'c FittedList, lens: &Local, plane: f32) -> Option<Self> {
         let (fx, fy) = lens.camera().focal_lengths();
         let aspect = fx / fy;
         let (x, y) = lens.from_principal_point();
         let outer = circles.first()?.adjusted.shape;
-        Some(Self { circles, outer, at: (x, aspect * y), focal_length: fx, aspect })
+        Some(Self {
+            circles,
+            outer,
+            at: (x, aspect * y),
+            focal_length: fx,
+            aspect,
+            steadiness: 1.0 / (plane + LEAST_SHIFT),
+        })
     }
 
     fn observe(&self, circle: &Fitted) -> Option<Observed> {
@@ -117,54 +130,61 @@ impl<'c> View<'c> {
     }
 
     /// The plane that fits best near the one with the vanishing line `line`.
-    fn solve(&self, line: (f32, f32)) -> Option<Solution> {
-        let mut x = [0.0, 0.0, line.0, line.1];
+    fn solve(&self, (lx, ly): (f32, f32)) -> Option<Solution> {
+        let mut x = [0.0, 0.0, 0.0, 0.0, lx, ly];
         for step in 1..=STEPS {
-            let mut normal = Normal::default();
-            for circle in self.circles {
-                normal.add(&self.observe(circle)?, swing(circle), &x)?;
-            }
+            let normal = self.normal(&x)?;
             let factor = Factor::new(&normal.m)?;
             let change = factor.solve(normal.right);
             for (x, change) in x.iter_mut().zip(change) {
                 *x += change;
             }
-            let [cx, cy, lx, ly] = x;
             if change[0].abs() + change[1].abs() < SETTLED || step == STEPS {
-                let gain = change.iter().zip(normal.right).fold(0.0, |sum, (c, r)| sum + c * r);
-                let [xx, xy, ..] = factor.solve([1.0, 0.0, 0.0, 0.0]);
-                let [_, yy, ..] = factor.solve([0.0, 1.0, 0.0, 0.0]);
-                let [swing_x, ..] = factor.solve(normal.push_x);
-                let [_, swing_y, ..] = factor.solve(normal.push_y);
+                let [cx, cy, tx, ty, lx, ly] = x;
+                let [xx, xy, ..] = factor.solve([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                let [_, yy, ..] = factor.solve([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
                 return Some(Solution {
                     centre: (cx, cy),
-                    line: (lx, ly),
                     covariance: Covariance { xx, xy, yy },
-                    swing: 0.5 * (swing_x + swing_y),
-                    squares: (normal.squares - gain).max(0.0),
+                    shift: (tx, ty),
+                    line: (lx, ly),
+                    squares: (normal.squares - dot(&change, &normal.right)).max(0.0),
                 });
             }
         }
         None
     }
 
-    /// The best centre with a given line; covariance and swing are those of `like`, which fits better.
+    /// The best centre with a given line, from `like`, which fits better; the covariance is that of `like`.
     fn at_line(&self, line: (f32, f32), like: &Solution) -> Option<Solution> {
+        let ((cx, cy), (tx, ty)) = (like.centre, like.shift);
+        let Normal { m: [a, b, c, d, ..], right, squares } =
+            self.normal(&[cx, cy, tx, ty, line.0, line.1])?;
+        let [r0, r1, r2, r3, ..] = right;
+        let right = [r0, r1, r2, r3];
+        let rows = [a, b, c, d].map(|[x, y, z, w, ..]| [x, y, z, w]);
+        let change = Factor::new(&rows)?.solve(right);
+        let squares = (squares - dot(&change, &right)).max(like.squares);
+        Some(Solution { centre: (cx + change[0], cy + change[1]), line, squares, ..*like })
+    }
+
+    /// The normal equations at the estimate `x`.
+    fn normal(&self, x: &[f32; 6]) -> Option<Normal> {
         let mut normal = Normal::default();
-        let (cx, cy) = like.centre;
         for circle in self.circles {
-            normal.add(&self.observe(circle)?, swing(circle), &[cx, cy, line.0, line.1])?;
+            normal.add(&self.observe(circle)?, swing(circle), x)?;
         }
-        let [[xx, ..], [yx, yy, ..], ..] = normal.m;
-        let [x, y, ..] = normal.right;
-        let [dx, dy] = Factor::new(&[[xx, 0.0], [yx, yy]])?.solve([x, y]);
-        let squares = (normal.squares - dx * x - dy * y).max(like.squares);
-        Some(Solution { centre: (cx + dx, cy + dy), line, squares, ..*like })
+        for k in 2..4 {
+            normal.m[k][k] += self.steadiness;
+            normal.right[k] -= self.steadiness * x[k];
+            normal.squares += self.steadiness * x[k] * x[k];
+        }
+        Some(normal)
     }
 
     /// Back to the pixels as they are.
     fn centre(&self, solution: &Solution, inflation: f32) -> Centre {
-        let Solution { centre, covariance, swing, .. } = *solution;
+        let Solution { centre, covariance, .. } = *solution;
         let row = 1.0 / self.aspect;
         Centre {
             x: self.outer.cx + centre.0,
@@ -174,7 +194,8 @@ impl<'c> View<'c> {
                 xy: inflation * row * covariance.xy,
                 yy: inflation * row * row * covariance.yy,
             },
-            swing,
+            // The light is in the covariance.
+            swing: 0.0,
         }
     }
 }
@@ -195,7 +216,6 @@ impl Solution {
                 xy: each * sum.xy - x * y,
                 yy: each * sum.yy - y * y,
             },
-            swing: each * sum.swing,
             ..*self
         }
     }
@@ -210,7 +230,6 @@ struct Moments {
     xx: f32,
     xy: f32,
     yy: f32,
-    swing: f32,
 }
 
 impl Moments {
@@ -222,24 +241,20 @@ impl Moments {
         self.xx += weight * (dx * dx + one.covariance.xx);
         self.xy += weight * (dx * dy + one.covariance.xy);
         self.yy += weight * (dy * dy + one.covariance.yy);
-        self.swing += weight * one.swing;
     }
 }
 
-/// Normal equations for changes of (centre x, y, line x, y).
+/// Normal equations for changes of (centre x, y, light's shift x, y, line x, y).
 #[derive(Default)]
 struct Normal {
-    m: Matrix<4>,
-    right: [f32; 4],
-    /// Right-hand sides for a light that moves the outer ellipse by 1 px along x and y.
-    push_x: [f32; 4],
-    push_y: [f32; 4],
+    m: Matrix<6>,
+    right: [f32; 6],
     squares: f32,
 }
 
 impl Normal {
-    /// Adds a circle as seen from the estimate `x`. `None` where the line passes through it.
-    fn add(&mut self, circle: &Observed, swing: f32, &[cx, cy, lx, ly]: &[f32; 4]) -> Option<()> {
+    /// Adds a circle, which the light moves by `swing`, as seen from the estimate. `None` where the line passes through it.
+    fn add(&mut self, circle: &Observed, swing: f32, &[cx, cy, tx, ty, lx, ly]: &[f32; 6]) -> Option<()> {
         let Observed { sight, frame, place: (px, py), weights } = circle;
         // The line about this ellipse's centre, and how that changes with the line.
         let depth = 1.0 + lx * px + ly * py;
@@ -251,28 +266,31 @@ impl Normal {
         let by_x = sight.in_frame(((1.0 - x * px) / depth, -y * px / depth));
         let by_y = sight.in_frame((-x * py / depth, (1.0 - y * py) / depth));
         let Misfit { stretch, slope: (re, im) } = sight.misfit(s);
-        let (u, v) = frame.vector(cx - px, cy - py);
+        let (u, v) = frame.vector(cx - px + swing * tx, cy - py + swing * ty);
         let residual = [stretch.0, stretch.1, u + s.0, v + s.1];
+        let Frame { l0, l1, l2 } = *frame;
         let columns = [
-            [0.0, 0.0, frame.l0, 0.0],
-            [0.0, 0.0, frame.l1, frame.l2],
+            [0.0, 0.0, l0, 0.0],
+            [0.0, 0.0, l1, l2],
+            [0.0, 0.0, swing * l0, 0.0],
+            [0.0, 0.0, swing * l1, swing * l2],
             [re * by_x.0 - im * by_x.1, im * by_x.0 + re * by_x.1, by_x.0, by_x.1],
             [re * by_y.0 - im * by_y.1, im * by_y.0 + re * by_y.1, by_y.0, by_y.1],
         ];
-        let dot = |a: &[f32; 4], b: &[f32; 4]| a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b);
-        let [along_x, along_y, ..] = columns;
-        for i in 0..4 {
+        for i in 0..6 {
             let weighted = weights.solve(columns[i]);
             for j in 0..=i {
                 self.m[i][j] += dot(&weighted, &columns[j]);
             }
             self.right[i] -= dot(&weighted, &residual);
-            self.push_x[i] += swing * dot(&weighted, &along_x);
-            self.push_y[i] += swing * dot(&weighted, &along_y);
         }
         self.squares += dot(&weights.solve(residual), &residual);
         Some(())
     }
+}
+
+fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
 #[cfg(test)]

@@ -111,14 +111,15 @@ fn assemble(
     let plain = Centre::of(outer);
     let eq7 = combine(circles, 0.0).ok_or(degenerate)?;
     let exact = measured_perspective(circles).and_then(|t| combine(circles, t)).ok_or(degenerate)?;
-    let known = origin.lens().and_then(|lens| known(circles, lens));
+    let plane = levels.plane_variance(&outer.adjusted.shape, blur);
+    let known = origin.lens().and_then(|lens| known(circles, lens, plane));
     let chosen = match settings.compensation {
         Compensation::None => plain,
         Compensation::Eq7 => eq7,
         Compensation::Exact => exact,
         Compensation::Known => known.map_or(exact, |known| known.centre),
     };
-    let covariance = chosen.total_covariance(levels.plane_variance(&outer.adjusted.shape, blur));
+    let covariance = chosen.total_covariance(plane);
     let mut target = Target {
         centre: origin.position(chosen.x, chosen.y),
         covariance: origin.covariance((chosen.x, chosen.y), &covariance),

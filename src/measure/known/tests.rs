@@ -129,7 +129,7 @@ fn trials(scene: &Scene, sigma: f64, count: u32, f_used: f64) -> Statistics {
         );
         let exact = combine(&circles, measured_perspective(&circles).unwrap()).unwrap();
         s.exact += f64::from(exact.x * exact.x + exact.y * exact.y);
-        let Some(Known { centre: Centre { x, y, covariance: c, .. }, normal }) = known(&circles, &lens)
+        let Some(Known { centre: Centre { x, y, covariance: c, .. }, normal }) = known(&circles, &lens, 0.0)
         else {
             s.none += 1;
             continue;
