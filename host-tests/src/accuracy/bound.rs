@@ -99,7 +99,7 @@ fn combined(radii: &[f64], plane: &Plane, separate: &[DMat2]) -> Option<DMat2> {
     Some(separate.iter().zip(&weights).fold(DMat2::ZERO, |sum, (c, weight)| sum + *c * (weight * weight)))
 }
 
-/// A plane in the image: x(p) = centre + matrix p / (1 + slope . p), p in mm.
+/// A plane in the image: `x(p) = centre + matrix p / (1 + slope . p)`, p in mm.
 struct Plane {
     centre: DVec2,
     matrix: DMat2,
@@ -111,10 +111,6 @@ impl Plane {
         let (centre, matrix) = view.at(DVec2::ZERO);
         let depth = |p: DVec2| view.point(p).z / view.point(DVec2::ZERO).z - 1.0;
         Self { centre, matrix, slope: DVec2::new(depth(DVec2::X), depth(DVec2::Y)) }
-    }
-
-    fn at(&self, point: DVec2) -> DVec2 {
-        self.centre + self.matrix * point / (1.0 + self.slope.dot(point))
     }
 
     /// Centre of the ellipse that the circle of `radius` mm gives, and the matrix S of its points `centre + S e(t)`.
@@ -262,11 +258,11 @@ mod tests {
     #[test]
     fn the_ellipse_goes_through_the_images_of_the_circle() {
         let (truth, scene) = target(60.0, 0.5, 60.0, 300.0);
-        let plane = Plane::new(&pose(&truth, [truth.x, truth.y], [0.0; 3]).view(&scene.camera));
+        let view = pose(&truth, [truth.x, truth.y], [0.0; 3]).view(&scene.camera);
         let radius = truth.circles[0].radius_mm;
-        let (centre, matrix) = plane.ellipse(radius);
+        let (centre, matrix) = Plane::new(&view).ellipse(radius);
         for i in 0..12 {
-            let seen = plane.at(DVec2::from_angle(f64::from(i)) * radius);
+            let seen = view.at(DVec2::from_angle(f64::from(i)) * radius).0;
             assert_close((matrix.inverse() * (seen - centre)).length(), 1.0, 1e-12);
         }
     }
