@@ -43,6 +43,8 @@ pub struct Cell {
     pub k1: f64,
     /// How often each scene is seen in other noise.
     pub draws: u32,
+    /// What share of the frames of other cells it gets: one in `share`.
+    pub share: u32,
 }
 
 impl Default for Cell {
@@ -63,6 +65,7 @@ impl Default for Cell {
             place: [0.0, 0.0],
             k1: 0.0,
             draws: DRAWS,
+            share: 1,
         }
     }
 }
@@ -115,6 +118,11 @@ impl Cell {
             && self.gamma == 1.0
             && self.gain == 1.0
             && self.k1 == 0.0
+    }
+
+    /// Scenes that show it in at least `frames` frames, or its share of these.
+    pub fn scenes(&self, frames: u32) -> u32 {
+        frames.div_ceil(self.draws * self.share)
     }
 
     /// A number of its own for this cell.
@@ -202,7 +210,7 @@ mod tests {
             for eighth in 0..8 {
                 let low = f64::from(eighth) / 8.0;
                 let count = values.iter().filter(|v| (low..low + 0.125).contains(*v)).count();
-                assert!((5..=11).contains(&count), "{count} in eighth {eighth}");
+                assert!((4..=12).contains(&count), "{count} in eighth {eighth}");
             }
         }
     }

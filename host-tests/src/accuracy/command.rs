@@ -32,7 +32,7 @@ pub struct Args {
     /// Folder to write to: accuracy.md, accuracy.csv, plots
     #[arg(long, value_name = "DIR", default_value = "accuracy")]
     out: PathBuf,
-    /// Frames of every cell [default: 250; with --quick 60]
+    /// Frames of every cell [default: 500; with --quick 60]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: Option<u32>,
     /// Only cells with this in their name, as in `size` or `R30 w45`
@@ -44,8 +44,12 @@ pub struct Args {
 }
 
 impl Args {
+    fn extent(&self) -> Extent {
+        if self.quick { Extent::Quick } else { Extent::Full }
+    }
+
     fn cells(&self) -> Result<Vec<Cell>> {
-        let mut cells = if self.quick { Extent::Quick } else { Extent::Full }.cells();
+        let mut cells = self.extent().cells();
         let wanted = self.cell.as_deref().unwrap_or("");
         cells.retain(|cell| cell.name().contains(wanted));
         ensure!(!cells.is_empty(), "--cell {wanted}: no cell has that in its name");
@@ -59,7 +63,7 @@ impl Args {
 /// A name that no cell has, output that cannot be written.
 pub fn execute(args: &Args, out: &mut dyn Write) -> Result<()> {
     let cells = args.cells()?;
-    let frames = args.frames.unwrap_or(if args.quick { 60 } else { 250 });
+    let frames = args.frames.unwrap_or(args.extent().frames());
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} frames, {eta} left")?;
     let progress = ProgressBar::new(0).with_style(style);
     let outcomes = run(&cells, frames, &progress)?;
@@ -103,7 +107,7 @@ fn table(outcomes: &[Outcome], method: usize) -> Table {
             mpx(f.rms),
             format!("{:.3}", f.ratio()),
             format!("{:.3}", f.ratio_spread()),
-            mpx(f.systematic),
+            f.systematic.map_or("-".to_owned(), mpx),
             mpx(f.bias),
             mpx(f.drift),
             format!("{:.3}", f.over_sigma),

@@ -28,6 +28,8 @@ pub struct Estimate {
     pub error: DVec2,
     /// Squared error in units of the reported covariance: 2 on average if that is right.
     pub normalised: f64,
+    /// Reported variance of one coordinate, px^2.
+    pub reported: f64,
 }
 
 /// What came of one frame.
@@ -65,14 +67,30 @@ pub struct Outcome {
     pub groups: Vec<Group>,
 }
 
+impl Outcome {
+    /// The frames.
+    pub fn samples(&self) -> impl Iterator<Item = &Sample> {
+        self.groups.iter().flat_map(|group| &group.samples)
+    }
+
+    /// Targets that are none.
+    pub fn wrong(&self) -> usize {
+        self.samples().map(|sample| sample.wrong).sum()
+    }
+
+    /// Frames in which the target carries `flag`.
+    pub fn flagged(&self, flag: Flags) -> usize {
+        self.samples().filter(|sample| sample.flags.contains(flag)).count()
+    }
+}
+
 /// Shows at least `frames` frames of every cell to the library.
 ///
 /// # Errors
 /// A cell that cannot be rendered, or that the library refuses.
 pub fn run(cells: &[Cell], frames: u32, progress: &ProgressBar) -> Result<Vec<Outcome>> {
-    let scenes = |cell: &Cell| frames.div_ceil(cell.draws);
     let jobs: Vec<_> =
-        cells.iter().flat_map(|cell| (0..scenes(cell)).map(move |scene| (cell, scene))).collect();
+        cells.iter().flat_map(|cell| (0..cell.scenes(frames)).map(move |scene| (cell, scene))).collect();
     progress.set_length(jobs.iter().map(|(cell, _)| u64::from(cell.draws)).sum());
     let mut groups = jobs
         .par_iter()
@@ -85,7 +103,7 @@ pub fn run(cells: &[Cell], frames: u32, progress: &ProgressBar) -> Result<Vec<Ou
         .into_iter();
     let outcome = |cell: &Cell| Outcome {
         cell: cell.clone(),
-        groups: groups.by_ref().take(scenes(cell) as usize).collect(),
+        groups: groups.by_ref().take(cell.scenes(frames) as usize).collect(),
     };
     Ok(cells.iter().map(outcome).collect())
 }
@@ -149,7 +167,7 @@ fn sample(seen: &[Vec<Target>], truth: &TargetTruth) -> Sample {
         let error = DVec2::from(px(centre)) - place;
         let [xx, xy, yy] = [covariance.xx, covariance.xy, covariance.yy].map(f64::from);
         let reported = DMat2::from_cols_array(&[xx, xy, xy, yy]);
-        Some(Estimate { error, normalised: error.dot(reported.inverse() * error) })
+        Some(Estimate { error, normalised: error.dot(reported.inverse() * error), reported: (xx + yy) / 2.0 })
     };
     Sample {
         estimates: METHODS.map(estimate),

@@ -29,8 +29,11 @@ pub struct Figures {
     pub bias: f64,
     /// Length of the mean error in the directions of the light, or else of the tilt.
     pub drift: f64,
-    /// The part of the error that is the same whatever the noise: it depends on place, direction and light.
-    pub systematic: f64,
+    /// The part of the error that is the same whatever the noise: it depends on place, direction and light. `None`
+    /// where each scene is seen once.
+    pub systematic: Option<f64>,
+    /// Reported standard deviation.
+    pub reported: f64,
     /// Root mean square error in units of the reported standard deviation.
     pub over_sigma: f64,
     /// Share of the errors inside the reported 95 % ellipse.
@@ -77,6 +80,7 @@ impl Figures {
             bias: length([&|_, e| e.error.x, &|_, e| e.error.y]),
             drift: length([&|s, e| s.group.axis.dot(e.error), &|s, e| s.group.axis.perp_dot(e.error)]),
             systematic: systematic(&scenes),
+            reported: average(&|_, e| e.reported).sqrt(),
             over_sigma: (average(&|_, e| e.normalised) / 2.0).sqrt(),
             within: average(&|_, e| f64::from(e.normalised <= IN_95)),
         })
@@ -107,13 +111,15 @@ fn uncertainty(scenes: &[Scene]) -> f64 {
 }
 
 /// Root of the variance between the scenes beyond what the noise of the draws explains.
-fn systematic(scenes: &[Scene]) -> f64 {
-    let excess = |scene: &Scene| {
+fn systematic(scenes: &[Scene]) -> Option<f64> {
+    let many: Vec<_> = scenes.iter().filter(|scene| scene.found.len() > 1).collect();
+    let excess = |scene: &&Scene| {
         let count = scene.found.len() as f64;
         let within = scene.found.iter().map(|e| (e.error - scene.mean).length_squared()).sum::<f64>();
-        (scene.mean.length_squared() - within / ((count - 1.0).max(1.0) * count)) / 2.0
+        (scene.mean.length_squared() - within / ((count - 1.0) * count)) / 2.0
     };
-    (scenes.iter().map(excess).sum::<f64>() / scenes.len() as f64).max(0.0).sqrt()
+    let mean = many.iter().map(excess).sum::<f64>() / many.len() as f64;
+    (!many.is_empty()).then(|| mean.max(0.0).sqrt())
 }
 
 #[cfg(test)]
@@ -136,7 +142,7 @@ mod tests {
             let fixed = axis * shift + own * DVec2::new(normal(), normal());
             let samples = (0..10).map(|_| {
                 let error = fixed + DVec2::new(normal(), normal());
-                let estimate = Estimate { error, normalised: error.length_squared() };
+                let estimate = Estimate { error, normalised: error.length_squared(), reported: 1.0 };
                 Sample { estimates: [Some(estimate); METHODS.len()], flags: Flags::default(), wrong: 0 }
             });
             let bounds = [DMat2::IDENTITY * 0.25; METHODS.len()];
@@ -166,20 +172,26 @@ mod tests {
             (figures.over_sigma - 1.0).abs() < 0.03 && (figures.within - 0.95).abs() < 0.012,
             "{figures:?}"
         );
-        assert!(figures.bias < 0.05 && figures.drift < 0.05 && figures.systematic < 0.15, "{figures:?}");
+        assert!(
+            figures.bias < 0.05 && figures.drift < 0.05 && figures.systematic < Some(0.15),
+            "{figures:?}"
+        );
     }
 
     #[test]
     fn a_shift_along_the_axis_is_a_drift_and_no_bias() {
         let figures = figures(0.5, 0.0);
         assert!(figures.bias < 0.05 && (figures.drift - 0.5).abs() < 0.05, "{figures:?}");
-        assert!((figures.systematic - 0.5 / 2f64.sqrt()).abs() < 0.05, "{figures:?}");
+        assert!((figures.systematic.expect("ten draws") - 0.5 / 2f64.sqrt()).abs() < 0.05, "{figures:?}");
     }
 
     #[test]
     fn what_a_scene_has_to_itself_is_systematic() {
         let figures = figures(0.0, 0.7);
-        assert!((figures.systematic - 0.7).abs() < 0.05 && figures.over_sigma > 1.15, "{figures:?}");
+        assert!(
+            (figures.systematic.expect("ten draws") - 0.7).abs() < 0.05 && figures.over_sigma > 1.15,
+            "{figures:?}"
+        );
         assert!(figures.within < 0.9, "{figures:?}");
     }
 
