@@ -73,6 +73,11 @@ impl Outcome {
         self.groups.iter().flat_map(|group| &group.samples)
     }
 
+    /// Mean distance of the outer ellipse's centre from the true one, px.
+    pub fn eccentricity(&self) -> f64 {
+        self.groups.iter().map(|group| group.eccentricity).sum::<f64>() / self.groups.len() as f64
+    }
+
     /// Targets that are none.
     pub fn wrong(&self) -> usize {
         self.samples().map(|sample| sample.wrong).sum()

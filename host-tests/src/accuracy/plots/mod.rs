@@ -1,0 +1,82 @@
+//! The study as pictures (SVG).
+
+mod against_bound;
+mod calibration;
+mod phase;
+mod risk;
+
+use anyhow::Result;
+use plotters::{coord::Shift, prelude::*};
+
+use super::study::Study;
+
+/// A picture.
+#[derive(Clone, Debug)]
+pub struct Plot {
+    /// Name of its file.
+    pub file: &'static str,
+    /// What it shows.
+    pub title: &'static str,
+    /// Its text.
+    pub svg: String,
+}
+
+/// All pictures for which the study has cells.
+///
+/// # Errors
+/// None that a caller can cause.
+pub fn plots(study: &Study) -> Result<Vec<Plot>> {
+    let parts: [(_, _, fn(&Study, &Area) -> Result<bool>); 4] = [
+        ("bound.svg", "Error against the bound", against_bound::draw),
+        ("sigma.svg", "Calibration of the reported uncertainty", calibration::draw),
+        ("phase.svg", "Bias against the place within the pixel", phase::draw),
+        ("risk.svg", "Risk of the forms of compensation", risk::draw),
+    ];
+    let mut plots = Vec::new();
+    for (file, title, draw) in parts {
+        let mut svg = String::new();
+        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        area.fill(&WHITE)?;
+        let drawn = draw(study, &area)?;
+        area.present()?;
+        drop(area);
+        if drawn {
+            plots.push(Plot { file, title, svg });
+        }
+    }
+    Ok(plots)
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// Width and height, px.
+const SIZE: (u32, u32) = (1080, 440);
+/// Colours that are told apart by everyone (Okabe and Ito 2008, "Color universal design").
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(90, 90, 90),
+];
+const GRID: RGBColor = RGBColor(232, 232, 232);
+const TEXT: RGBColor = RGBColor(40, 40, 40);
+const FAINT: RGBColor = RGBColor(130, 130, 130);
+
+/// Text of this height.
+fn font(size: u32) -> TextStyle<'static> {
+    ("sans-serif", size).into_font().color(&TEXT)
+}
+
+/// `1000 px`, for axes in mpx.
+fn mpx(px: f64) -> f64 {
+    1000.0 * px
+}
+
+/// Places for labels on a logarithmic axis.
+fn ticks(low: f64, high: f64) -> Vec<f64> {
+    let decades = (-3..6).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * 10f64.powi(power)));
+    decades.filter(|value| (low..=high).contains(value)).collect()
+}
