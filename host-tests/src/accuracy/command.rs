@@ -47,7 +47,7 @@ pub struct Args {
     /// Folder for accuracy.md, accuracy.csv and the plots [default: accuracy; none with --cell]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Frames of every cell [default: 500; with --quick 60]
+    /// Frames of every cell [default: 500; with --quick 200]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: Option<u32>,
     /// Only cells with this in their name, as in `size` or `R30 w45`

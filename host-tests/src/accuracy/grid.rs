@@ -40,7 +40,7 @@ pub enum Extent {
 impl Extent {
     /// Frames of a cell where nothing else is said.
     pub fn frames(self) -> u32 {
-        if self == Self::Full { 500 } else { 60 }
+        if self == Self::Full { 500 } else { 200 }
     }
 
     /// All values of a slice, or the few that stand for them.
@@ -176,8 +176,10 @@ impl Extent {
         let (radius, tilt) = (20.0f64, 30.0f64);
         // Distance from the outer ellipse's centre to expect of an edge at the bound, px.
         let sigma = 4.1e-3;
-        let multiples =
-            self.pick(&[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0], &[0.0, 2.0, 10.0]);
+        let multiples = self.pick(
+            &[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0],
+            &[0.0, 1.0, 2.0, 3.0, 5.0, 10.0],
+        );
         let cell = |multiple: f64| {
             let (sin, cos) = tilt.to_radians().sin_cos();
             // Eccentricity = R^2 sin cos / f; a focal length of 10^7 px leaves none.

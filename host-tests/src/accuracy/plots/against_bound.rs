@@ -3,7 +3,7 @@
 use anyhow::Result;
 use plotters::prelude::*;
 
-use super::{Area, COLOURS, FAINT, GRID, SIZE, font, mpx, ticks};
+use super::{Area, COLOURS, FAINT, GRID, SIZE, font, mpx, plain, ticks};
 use crate::accuracy::{grid::RANGE, method::MAIN, statistics::Figures, study::Study};
 
 pub fn draw(study: &Study, area: &Area) -> Result<bool> {
@@ -40,6 +40,8 @@ fn by_size(study: &Study, area: &Area) -> Result<bool> {
         .label_style(font(13))
         .x_desc("outer semi-major axis, px")
         .y_desc("mpx")
+        .x_label_formatter(&plain)
+        .y_label_formatter(&plain)
         .draw()?;
     let mut tilts: Vec<_> = shown.iter().map(|(cell, _)| cell.tilt).collect();
     tilts.sort_by(f64::total_cmp);
@@ -106,7 +108,9 @@ fn by_cell(study: &Study, area: &Area) -> Result<bool> {
         .label_style(font(13))
         .y_labels(8)
         .x_desc("bound, mpx")
-        .y_label_formatter(&|value| format!("{value:.1}"))
+        .y_desc("RMS error / bound")
+        .x_label_formatter(&plain)
+        .y_label_formatter(&plain)
         .draw()?;
     chart.draw_series(LineSeries::new([(x.start, 1.0), (x.end, 1.0)], FAINT.stroke_width(2)))?;
     for (slice, colour) in RANGE.into_iter().zip(COLOURS) {

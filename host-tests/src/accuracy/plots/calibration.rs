@@ -3,7 +3,7 @@
 use anyhow::Result;
 use plotters::prelude::*;
 
-use super::{Area, COLOURS, FAINT, GRID, font, mpx, ticks};
+use super::{Area, COLOURS, FAINT, GRID, font, mpx, plain, ticks};
 use crate::accuracy::{
     grid::RANGE,
     method::MAIN,
@@ -43,9 +43,13 @@ fn by_cell(study: &Study, area: &Area) -> Result<bool> {
         .label_style(font(13))
         .x_desc("reported standard deviation, mpx")
         .y_desc("RMS error, mpx")
+        .x_label_formatter(&plain)
+        .y_label_formatter(&plain)
         .draw()?;
     let ends = [least * 0.8, most * 1.25];
-    let band = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(end, side)| (ends[end], ends[end] * GOAL[side]));
+    // Inside the axes: what reaches beyond them is moved to their ends.
+    let inside = [ends[0] / GOAL[0], ends[1] / GOAL[1]];
+    let band = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(end, side)| (inside[end], inside[end] * GOAL[side]));
     chart.draw_series([Polygon::new(band.to_vec(), FAINT.mix(0.2))])?;
     chart.draw_series(LineSeries::new(ends.map(|end| (end, end)), FAINT.stroke_width(1)))?;
     for (slice, colour) in RANGE.into_iter().zip(COLOURS) {

@@ -75,8 +75,14 @@ fn mpx(px: f64) -> f64 {
     1000.0 * px
 }
 
+/// A value without digits that say nothing.
+fn plain(value: &f64) -> String {
+    // Adding 0 turns -0 into 0.
+    ((value * 1e3).round() / 1e3 + 0.0).to_string()
+}
+
 /// Places for labels on a logarithmic axis.
 fn ticks(low: f64, high: f64) -> Vec<f64> {
-    let decades = (-3..6).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * 10f64.powi(power)));
+    let decades = (-3..6).flat_map(|power| [1.0, 2.0, 3.0, 5.0, 7.0].map(|digit| digit * 10f64.powi(power)));
     decades.filter(|value| (low..=high).contains(value)).collect()
 }

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use plotters::prelude::*;
 
-use super::{Area, COLOURS, FAINT, GRID, font, mpx};
+use super::{Area, COLOURS, FAINT, GRID, font, mpx, plain};
 use crate::accuracy::{
     method::MAIN,
     run::Outcome,
@@ -47,8 +47,8 @@ fn panel(area: &Area, title: &str, curves: &[(String, Vec<Bin>)], reach: f64) ->
         .x_labels(6)
         .x_desc("place of the centre within the pixel, px")
         .y_desc("mean error in the same direction, mpx")
-        .x_label_formatter(&|value| format!("{value:.1}"))
-        .y_label_formatter(&|value| format!("{value:.1}"))
+        .x_label_formatter(&plain)
+        .y_label_formatter(&plain)
         .draw()?;
     for ((label, bins), colour) in curves.iter().zip(COLOURS) {
         chart.draw_series(LineSeries::new(bins.iter().map(|&(x, y, _)| (x, y)), colour.stroke_width(2)))?;

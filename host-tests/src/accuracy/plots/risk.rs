@@ -3,18 +3,21 @@
 use anyhow::Result;
 use plotters::prelude::*;
 
-use super::{Area, COLOURS, FAINT, GRID, font};
+use super::{Area, COLOURS, FAINT, GRID, font, plain};
 use crate::accuracy::{run::Outcome, study::Study};
 
-/// Shown: the others coincide with one of these.
-const SHOWN: [&str; 3] = ["none", "eq7", "exact"];
+/// Shown, and with what width: eq. (7) and the exact form coincide. The others coincide with one of these.
+const SHOWN: [(&str, u32); 3] = [("none", 2), ("eq7", 7), ("exact", 2)];
+/// Highest risk shown.
+const HIGHEST: f64 = 6.5;
 
 pub fn draw(study: &Study, area: &Area) -> Result<bool> {
     let outcomes: Vec<_> = study.slice("risk").collect();
-    let curves: Vec<_> = SHOWN.iter().map(|&method| (method, curve(&outcomes, method))).collect();
-    let all = || curves.iter().flat_map(|(_, curve)| curve);
+    let curves: Vec<_> =
+        SHOWN.iter().map(|&(method, width)| (method, width, curve(&outcomes, method))).collect();
+    let all = || curves.iter().flat_map(|(_, _, curve)| curve);
     let most = all().map(|point| point.0).fold(0.0, f64::max);
-    let highest = all().map(|point| point.1).fold(2.0, f64::max).min(6.0);
+    let highest = all().map(|point| point.1).fold(2.0, f64::max).min(HIGHEST);
     let mut chart = ChartBuilder::on(area)
         .caption("RMS distance from the true centre, over that of a perfect outer ellipse", font(17))
         .margin(14)
@@ -28,16 +31,18 @@ pub fn draw(study: &Study, area: &Area) -> Result<bool> {
         .axis_style(FAINT)
         .label_style(font(13))
         .x_labels(11)
+        .y_desc("risk")
         .x_desc("eccentricity over the standard deviation of the outer ellipse's centre")
-        .x_label_formatter(&|value| format!("{value:.0}"))
-        .y_label_formatter(&|value| format!("{value:.1}"))
+        .x_label_formatter(&plain)
+        .y_label_formatter(&plain)
         .draw()?;
-    for ((method, curve), colour) in curves.iter().zip(COLOURS) {
+    for ((method, width, curve), colour) in curves.iter().zip(COLOURS) {
         let inside = curve.iter().filter(|point| point.1 <= highest);
+        let line = colour.mix(2.0 / f64::from(*width)).stroke_width(*width);
         chart
-            .draw_series(LineSeries::new(inside.copied(), colour.stroke_width(2)).point_size(3))?
+            .draw_series(LineSeries::new(inside.copied(), line))?
             .label(*method)
-            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(2)));
+            .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], line));
     }
     chart
         .configure_series_labels()
