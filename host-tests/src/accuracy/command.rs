@@ -35,6 +35,7 @@ interval; sys, what is the same for every noise; bias and drift, the mean error 
 light or the tilt; err/sigma, in units of the reported standard deviation. Cells in brackets are outside the range for which
 the goals are set.";
 
+const BAR: &str = "{bar:40} {pos} of {len} frames, {eta} left";
 const FOLDER: &str = "accuracy";
 
 /// Measure the library's accuracy on rendered frames, against the least error that is possible
@@ -91,7 +92,7 @@ pub fn execute(args: &Args, out: &mut dyn Write) -> Result<()> {
         prepare(folder).with_context(|| format!("cannot write to the folder {}", folder.display()))?;
     }
     let frames = args.frames.unwrap_or(args.extent().frames());
-    let style = ProgressStyle::with_template("{bar:40} {pos} of {len} frames, {eta} left")?;
+    let style = ProgressStyle::with_template(BAR)?;
     let progress = ProgressBar::new(0).with_style(style);
     let study = Study { frames, outcomes: run(&cells, frames, &progress)? };
     progress.finish_and_clear();

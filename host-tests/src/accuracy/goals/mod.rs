@@ -237,3 +237,6 @@ fn exact_forms() -> [Goal; 2] {
         ),
     ]
 }
+
+#[cfg(test)]
+mod tests;
