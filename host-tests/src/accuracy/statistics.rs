@@ -47,6 +47,9 @@ struct Scene<'a> {
     mean: DVec2,
 }
 
+/// A value of a frame.
+type Value<'v> = &'v dyn Fn(&Scene, &Estimate) -> f64;
+
 impl Figures {
     /// Of the method with this index over all of `groups`. `None` when the target was found in no frame.
     pub fn new(groups: &[&Group], method: usize) -> Option<Self> {
@@ -63,13 +66,11 @@ impl Figures {
         if count == 0 {
             return None;
         }
-        let average = |value: &dyn Fn(&Scene, &Estimate) -> f64| {
+        let average = |value: Value| {
             let sums = scenes.iter().map(|scene| scene.found.iter().map(|e| value(scene, e)).sum::<f64>());
             sums.sum::<f64>() / count as f64
         };
-        let length = |axes: [&dyn Fn(&Scene, &Estimate) -> f64; 2]| {
-            axes.map(average).map(|a| a * a).iter().sum::<f64>().sqrt()
-        };
+        let length = |axes: [Value; 2]| axes.map(average).map(|a| a * a).iter().sum::<f64>().sqrt();
         let rms = average(&|_, e| e.error.length_squared() / 2.0).sqrt();
         Some(Self {
             frames: groups.iter().map(|group| group.samples.len()).sum(),

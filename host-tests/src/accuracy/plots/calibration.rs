@@ -3,7 +3,7 @@
 use anyhow::Result;
 use plotters::prelude::*;
 
-use super::{Area, COLOURS, FAINT, GRID, font, mpx, plain, ticks};
+use super::{Area, COLOURS, FAINT, axes, chart, legend, mpx, ticks};
 use crate::accuracy::{
     grid::RANGE,
     method::MAIN,
@@ -29,23 +29,9 @@ fn by_cell(study: &Study, area: &Area) -> Result<bool> {
         let (low, high) = (least * 0.8, most * 1.25);
         (low..high).log_scale().with_key_points(ticks(low, high))
     };
-    let mut chart = ChartBuilder::on(area)
-        .caption("Actual against reported error, every cell", font(17))
-        .margin(14)
-        .x_label_area_size(40)
-        .y_label_area_size(52)
-        .build_cartesian_2d(axis(), axis())?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(FAINT)
-        .label_style(font(13))
-        .x_desc("reported standard deviation, mpx")
-        .y_desc("RMS error, mpx")
-        .x_label_formatter(&plain)
-        .y_label_formatter(&plain)
-        .draw()?;
+    let mut chart =
+        chart(area, "Actual against reported error, every cell").build_cartesian_2d(axis(), axis())?;
+    axes(&mut chart, "reported standard deviation, mpx", "RMS error, mpx")?;
     let ends = [least * 0.8, most * 1.25];
     // Inside the axes: what reaches beyond them is moved to their ends.
     let inside = [ends[0] / GOAL[0], ends[1] / GOAL[1]];
@@ -61,13 +47,7 @@ fn by_cell(study: &Study, area: &Area) -> Result<bool> {
             .label(slice)
             .legend(move |(x, y)| Circle::new((x + 10, y), 4, colour.filled()));
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::LowerRight)
-        .background_style(WHITE)
-        .border_style(GRID)
-        .label_font(font(13))
-        .draw()?;
+    legend(&mut chart, SeriesLabelPosition::LowerRight)?;
     Ok(true)
 }
 
@@ -81,25 +61,9 @@ fn coverage(study: &Study, area: &Area) -> Result<bool> {
     let mut shares: Vec<_> =
         samples.filter_map(|s| s.estimates[method]).map(|e| nominal(e.normalised)).collect();
     shares.sort_by(f64::total_cmp);
-    let mut chart = ChartBuilder::on(area)
-        .caption("Errors inside the reported ellipse", font(17))
-        .margin(14)
-        .x_label_area_size(40)
-        .y_label_area_size(52)
-        .build_cartesian_2d(0.0..100.0, 0.0..100.0)?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(FAINT)
-        .label_style(font(13))
-        .x_labels(6)
-        .y_labels(6)
-        .x_desc("ellipse that should hold, %")
-        .y_desc("holds, %")
-        .x_label_formatter(&|value| format!("{value:.0}"))
-        .y_label_formatter(&|value| format!("{value:.0}"))
-        .draw()?;
+    let mut chart =
+        chart(area, "Errors inside the reported ellipse").build_cartesian_2d(0.0..100.0, 0.0..100.0)?;
+    axes(&mut chart, "ellipse that should hold, %", "holds, %")?;
     chart.draw_series(LineSeries::new([(0.0, 0.0), (100.0, 100.0)], FAINT.stroke_width(1)))?;
     let count = shares.len();
     let step = count.div_ceil(400).max(1);

@@ -6,7 +6,11 @@ mod phase;
 mod risk;
 
 use anyhow::Result;
-use plotters::{coord::Shift, prelude::*};
+use plotters::{
+    coord::{Shift, ranged1d::ValueFormatter},
+    element::ErrorBarOrientV,
+    prelude::*,
+};
 
 use super::study::Study;
 
@@ -26,7 +30,7 @@ pub struct Plot {
 /// # Errors
 /// None that a caller can cause.
 pub fn plots(study: &Study) -> Result<Vec<Plot>> {
-    let parts: [(_, _, fn(&Study, &Area) -> Result<bool>); 4] = [
+    let parts: [(_, _, Draw); 4] = [
         ("bound.svg", "Error against the bound", against_bound::draw),
         ("sigma.svg", "Calibration of the reported uncertainty", calibration::draw),
         ("phase.svg", "Bias against the place within the pixel", phase::draw),
@@ -48,6 +52,10 @@ pub fn plots(study: &Study) -> Result<Vec<Plot>> {
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Chart<'a, 'b, X, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>;
+type Bar = ErrorBar<f64, f64, ErrorBarOrientV<f64, f64>>;
+/// Draws; `false` where there was nothing to draw.
+type Draw = fn(&Study, &Area) -> Result<bool>;
 
 /// Width and height, px.
 const SIZE: (u32, u32) = (1080, 440);
@@ -68,6 +76,55 @@ const FAINT: RGBColor = RGBColor(130, 130, 130);
 /// Text of this height.
 fn font(size: u32) -> TextStyle<'static> {
     ("sans-serif", size).into_font().color(&TEXT)
+}
+
+/// A chart with this title, without axes.
+fn chart<'a, 'b>(area: &'a Area<'b>, title: &str) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
+    let mut builder = ChartBuilder::on(area);
+    builder.caption(title, font(17)).margin(14).x_label_area_size(40).y_label_area_size(52);
+    builder
+}
+
+/// Axes and grid.
+fn axes<X, Y>(chart: &mut Chart<X, Y>, x: &str, y: &str) -> Result<()>
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(GRID)
+        .axis_style(FAINT)
+        .label_style(font(13))
+        .x_labels(11)
+        .x_desc(x)
+        .y_desc(y)
+        .x_label_formatter(&plain)
+        .y_label_formatter(&plain)
+        .draw()?;
+    Ok(())
+}
+
+/// A value with its confidence interval.
+fn bar(x: f64, y: f64, spread: f64, colour: RGBColor) -> Bar {
+    ErrorBar::new_vertical(x, y - spread, y, y + spread, colour.filled(), 7)
+}
+
+/// What is what.
+fn legend<'a, 'b: 'a, X, Y>(chart: &mut Chart<'a, 'b, X, Y>, position: SeriesLabelPosition) -> Result<()>
+where
+    X: Ranged<ValueType = f64>,
+    Y: Ranged<ValueType = f64>,
+{
+    chart
+        .configure_series_labels()
+        .position(position)
+        .background_style(WHITE)
+        .border_style(GRID)
+        .label_font(font(13))
+        .draw()?;
+    Ok(())
 }
 
 /// `1000 px`, for axes in mpx.

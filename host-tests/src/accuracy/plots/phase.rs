@@ -3,7 +3,7 @@
 use anyhow::Result;
 use plotters::prelude::*;
 
-use super::{Area, COLOURS, FAINT, GRID, font, mpx, plain};
+use super::{Area, COLOURS, axes, bar, chart, legend, mpx};
 use crate::accuracy::{
     method::MAIN,
     run::Outcome,
@@ -32,40 +32,16 @@ pub fn draw(study: &Study, area: &Area) -> Result<bool> {
 }
 
 fn panel(area: &Area, title: &str, curves: &[(String, Vec<Bin>)], reach: f64) -> Result<()> {
-    let mut chart = ChartBuilder::on(area)
-        .caption(title, font(17))
-        .margin(14)
-        .x_label_area_size(40)
-        .y_label_area_size(52)
-        .build_cartesian_2d(-0.5..0.5, -reach..reach)?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(FAINT)
-        .label_style(font(13))
-        .x_labels(6)
-        .x_desc("place of the centre within the pixel, px")
-        .y_desc("mean error in the same direction, mpx")
-        .x_label_formatter(&plain)
-        .y_label_formatter(&plain)
-        .draw()?;
+    let mut chart = chart(area, title).build_cartesian_2d(-0.5..0.5, -reach..reach)?;
+    axes(&mut chart, "place of the centre within the pixel, px", "mean error in the same direction, mpx")?;
     for ((label, bins), colour) in curves.iter().zip(COLOURS) {
         chart.draw_series(LineSeries::new(bins.iter().map(|&(x, y, _)| (x, y)), colour.stroke_width(2)))?;
         chart
-            .draw_series(bins.iter().map(|&(x, y, spread)| {
-                ErrorBar::new_vertical(x, y - spread, y, y + spread, colour.filled(), 7)
-            }))?
+            .draw_series(bins.iter().map(|&(x, y, spread)| bar(x, y, spread, colour)))?
             .label(label)
             .legend(move |(x, y)| Circle::new((x + 10, y), 4, colour.filled()));
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE)
-        .border_style(GRID)
-        .label_font(font(13))
-        .draw()?;
+    legend(&mut chart, SeriesLabelPosition::LowerRight)?;
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use plotters::prelude::*;
 
-use super::{Area, COLOURS, FAINT, GRID, font, plain};
+use super::{Area, COLOURS, axes, chart, legend};
 use crate::accuracy::{run::Outcome, study::Study};
 
 /// Shown, and with what width: eq. (7) and the exact form coincide. The others coincide with one of these.
@@ -18,24 +18,9 @@ pub fn draw(study: &Study, area: &Area) -> Result<bool> {
     let all = || curves.iter().flat_map(|(_, _, curve)| curve);
     let most = all().map(|point| point.0).fold(0.0, f64::max);
     let highest = all().map(|point| point.1).fold(2.0, f64::max).min(HIGHEST);
-    let mut chart = ChartBuilder::on(area)
-        .caption("RMS distance from the true centre, over that of a perfect outer ellipse", font(17))
-        .margin(14)
-        .x_label_area_size(40)
-        .y_label_area_size(52)
+    let mut chart = chart(area, "RMS distance from the true centre, over that of a perfect outer ellipse")
         .build_cartesian_2d(0.0..most.max(1.0) * 1.02, 0.0..highest)?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(FAINT)
-        .label_style(font(13))
-        .x_labels(11)
-        .y_desc("risk")
-        .x_desc("eccentricity over the standard deviation of the outer ellipse's centre")
-        .x_label_formatter(&plain)
-        .y_label_formatter(&plain)
-        .draw()?;
+    axes(&mut chart, "eccentricity over the standard deviation of the outer ellipse's centre", "risk")?;
     for ((method, width, curve), colour) in curves.iter().zip(COLOURS) {
         let inside = curve.iter().filter(|point| point.1 <= highest);
         let line = colour.mix(2.0 / f64::from(*width)).stroke_width(*width);
@@ -44,13 +29,7 @@ pub fn draw(study: &Study, area: &Area) -> Result<bool> {
             .label(*method)
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], line));
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::LowerRight)
-        .background_style(WHITE)
-        .border_style(GRID)
-        .label_font(font(13))
-        .draw()?;
+    legend(&mut chart, SeriesLabelPosition::LowerRight)?;
     Ok(!outcomes.is_empty())
 }
 
