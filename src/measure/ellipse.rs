@@ -10,7 +10,7 @@ use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
 /// Sectors in which edge points are looked for.
-const SECTORS: u32 = 32;
+pub(super) const SECTORS: u32 = 32;
 
 /// An edge after its fit.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +21,8 @@ pub(super) struct Fitted {
     pub gap: u32,
     /// Radius in units of the outer circle's.
     pub ratio: f32,
+    /// The same as it was measured.
+    pub measured_ratio: f32,
 }
 
 pub(super) type FittedList = Vec<Fitted, MAX_CIRCLES>;
@@ -55,13 +57,13 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fi
     if !(adjusted.rms <= limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b) {
         return Err(Reject::NotElliptic);
     }
-    Ok(Fitted { adjusted, dark_inside: edge.dark_inside, gap, ratio: 1.0 })
+    Ok(Fitted { adjusted, dark_inside: edge.dark_inside, gap, ratio: 1.0, measured_ratio: 1.0 })
 }
 
 /// Edge point of a crossing about the origin, 1/256 px.
 fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
     let offset = i32::from(crossing.offset()?);
-    let x = 256 * (i32::from(crossing.x) - i32::from(origin.0));
+    let x = 256 * (i32::from(crossing.x()) - i32::from(origin.0));
     let y = 256 * (i32::from(crossing.y()) - i32::from(origin.1));
     Some(match crossing.axis() {
         Axis::Row => (x + offset, y),
