@@ -9,7 +9,7 @@ use super::{
     study::Study,
 };
 
-const HEADER: [&str; 13] = [
+const HEADER: [&str; 14] = [
     "cell",
     "found",
     "frames",
@@ -17,6 +17,7 @@ const HEADER: [&str; 13] = [
     "none",
     "eq. (7)",
     "exact",
+    "auto",
     "exact / bound",
     "systematic",
     "bias",
@@ -28,10 +29,11 @@ const HEADER: [&str; 13] = [
 const LEGEND: &str = "\
 RMS errors of one coordinate in mpx (1/1000 px). *bound*: the Cramer-Rao bound of eq. (7) and the exact form, for the
 contrast, light, noise, blur and shape of each frame; rounding to 8 bits counts as noise. *none*: the centre of the outer
-ellipse. *exact / bound* with its 95 % confidence interval. *systematic*: the part of the exact form's error that is the
-same for every noise. *bias*, *drift*: length of its mean error, in the image and in directions of the light (or else of the
-tilt). *error / sigma*: RMS error in units of the reported standard deviation. *in 95 %*: share inside the reported 95 %
-ellipse. Cells in brackets are outside the range for which the goals are set.
+ellipse; *auto*: the exact form as far as its correction is significant. *exact / bound* with its 95 % confidence interval.
+*systematic*: the part of the exact form's error that is the same for every noise. *bias*, *drift*: length of its mean error,
+in the image and in directions of the light (or else of the tilt). *error / sigma*: its RMS error in units of the reported
+standard deviation. *in 95 %*: share inside the reported 95 % ellipse. Cells in brackets are outside the range for which
+the goals are set.
 ";
 
 /// A table in Markdown.
@@ -90,6 +92,7 @@ pub fn row(outcome: &Outcome) -> Vec<String> {
         rms("none"),
         rms("eq7"),
         mpx(exact.rms),
+        rms("auto"),
         format!("{:.2} +- {:.2}", exact.ratio(), exact.ratio_spread()),
         exact.systematic.map_or(String::new(), mpx),
         mpx(exact.bias),

@@ -1,7 +1,7 @@
 //! The ways to a centre that the study compares.
 
 use anyhow::Result;
-use concentric::{Covariance, Position, Settings, Target, TargetSpec};
+use concentric::{Compensation, Position, Settings, Target, TargetSpec};
 use glam::DMat2;
 
 use super::{bound::Bounds, cell::Cell};
@@ -10,24 +10,30 @@ use super::{bound::Bounds, cell::Cell};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Run {
     /// The ratio of the radii is given.
-    Given,
+    Given(Compensation),
     /// It is measured.
-    Measured,
+    Measured(Compensation),
 }
 
 impl Run {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Given, Self::Measured];
+    pub const ALL: [Self; 4] = [
+        Self::Given(Compensation::Exact),
+        Self::Given(Compensation::None),
+        Self::Given(Compensation::Auto),
+        Self::Measured(Compensation::Exact),
+    ];
 
     /// What the library is told.
     ///
     /// # Errors
     /// A ratio that the library refuses.
     pub fn settings(self, cell: &Cell) -> Result<Settings> {
-        Ok(Settings::new(match self {
-            Self::Given => TargetSpec::ring(cell.ratio as f32)?,
-            Self::Measured => TargetSpec::any(),
-        }))
+        let (spec, compensation) = match self {
+            Self::Given(compensation) => (TargetSpec::ring(cell.ratio as f32)?, compensation),
+            Self::Measured(compensation) => (TargetSpec::any(), compensation),
+        };
+        Ok(Settings::new(spec).compensation(compensation))
     }
 }
 
@@ -38,8 +44,8 @@ pub struct Method {
     pub name: &'static str,
     /// How the library is asked.
     pub run: Run,
-    /// The centre, and the covariance reported with it.
-    pub pick: fn(&Target) -> Option<(Position, Covariance)>,
+    /// The centre; its covariance is that of the target.
+    pub centre: fn(&Target) -> Position,
     /// The least covariance there is for it.
     pub bound: fn(&Bounds) -> DMat2,
 }
@@ -47,30 +53,36 @@ pub struct Method {
 /// The method that the goals are set for.
 pub const MAIN: &str = "exact";
 
-/// Every method, in the order of the tables.
-pub const METHODS: [Method; 4] = [
+/// Every method, in the order of the tables. Eq. (7) has the covariance of the exact form: they differ by far less.
+pub const METHODS: [Method; 5] = [
     Method {
         name: "none",
-        run: Run::Given,
-        pick: |target| target.circles.first().map(|outer| (outer.ellipse.centre, outer.covariance)),
+        run: Run::Given(Compensation::None),
+        centre: |target| target.centre,
         bound: |bounds| bounds.outer,
     },
     Method {
         name: "eq7",
-        run: Run::Given,
-        pick: |target| Some((target.eq7, target.covariance)),
+        run: Run::Given(Compensation::Exact),
+        centre: |target| target.eq7,
         bound: |bounds| bounds.centre,
     },
     Method {
         name: MAIN,
-        run: Run::Given,
-        pick: |target| Some((target.exact, target.covariance)),
+        run: Run::Given(Compensation::Exact),
+        centre: |target| target.centre,
+        bound: |bounds| bounds.centre,
+    },
+    Method {
+        name: "auto",
+        run: Run::Given(Compensation::Auto),
+        centre: |target| target.centre,
         bound: |bounds| bounds.centre,
     },
     Method {
         name: "exact-any",
-        run: Run::Measured,
-        pick: |target| Some((target.exact, target.covariance)),
+        run: Run::Measured(Compensation::Exact),
+        centre: |target| target.centre,
         bound: |bounds| bounds.centre,
     },
 ];

@@ -121,9 +121,7 @@ fn group(cell: &Cell, index: u32, memory: &mut Memory) -> Result<Group> {
     let bounds = Bounds::new(&truth, &scene.camera, &scene.photometry, &|_| true)
         .context("too little of the target is visible")?;
     let levels = scene.levels();
-    let settings = Run::ALL.map(|run| run.settings(cell));
-    let [given, measured] = settings;
-    let settings = [given?, measured?];
+    let settings = Run::ALL.into_iter().map(|run| run.settings(cell)).collect::<Result<Vec<_>>>()?;
     let samples = (0..cell.draws).map(|draw| {
         let pixels = scene.photometry.digitise(&levels.values, cell.noise_seed(index, draw));
         let seen = settings.iter().map(|&settings| detect(&pixels, levels.width, settings, memory));
@@ -168,8 +166,9 @@ fn sample(seen: &[Vec<Target>], truth: &TargetTruth) -> Sample {
     let found: Vec<_> = seen.iter().map(nearest).collect();
     let estimate = |method: Method| {
         let run = Run::ALL.iter().position(|run| *run == method.run)?;
-        let (centre, covariance) = (method.pick)(found.get(run)?.as_ref()?)?;
-        let error = DVec2::from(px(centre)) - place;
+        let target = found.get(run)?.as_ref()?;
+        let error = DVec2::from(px((method.centre)(target))) - place;
+        let covariance = target.covariance;
         let [xx, xy, yy] = [covariance.xx, covariance.xy, covariance.yy].map(f64::from);
         let reported = DMat2::from_cols_array(&[xx, xy, xy, yy]);
         Some(Estimate { error, normalised: error.dot(reported.inverse() * error), reported: (xx + yy) / 2.0 })

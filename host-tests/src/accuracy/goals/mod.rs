@@ -2,7 +2,9 @@
 
 use concentric::Flags;
 
-use super::{cell::Cell, exactness::exactness, method::MAIN, statistics::Figures, study::Study};
+use super::{
+    cell::Cell, exactness::exactness, method::MAIN, run::Outcome, statistics::Figures, study::Study,
+};
 
 /// A figure and its goal.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +51,7 @@ pub fn goals(study: &Study) -> Vec<Goal> {
         gamma,
         distortion,
         clipping,
+        automatic,
     ];
     let mut goals: Vec<_> = parts.iter().filter_map(|part| part(study)).collect();
     goals.extend(POOLED.iter().filter_map(|&(noise, goal)| pooled(study, noise, goal)));
@@ -208,6 +211,18 @@ fn clipping(study: &Study) -> Option<Goal> {
         let measured = format!("{flagged} of {frames}");
         Goal::new("overexposed by 1.5 or more: flagged as clipped", "always", measured, flagged == frames)
     })
+}
+
+/// What the choice of the compensation by its significance costs, from no eccentricity to ten standard deviations.
+fn automatic(study: &Study) -> Option<Goal> {
+    let excess = |outcome: &Outcome| {
+        let [none, exact, auto] = ["none", MAIN, "auto"].map(|method| outcome.figures(method));
+        Some(auto?.rms / none?.rms.min(exact?.rms))
+    };
+    let excesses = study.slice("risk").filter_map(|outcome| Some((&outcome.cell, excess(outcome)?)));
+    let (_, excess) = largest(excesses)?;
+    let figure = "eccentricity 0 .. 10 sigma: `Auto` over the better of `None` and `Exact`, worst";
+    Some(Goal::new(figure, "<= 1.12", format!("{excess:.3}"), excess <= 1.12))
 }
 
 fn pooled(study: &Study, noise: f64, goal: f64) -> Option<Goal> {

@@ -19,6 +19,8 @@ use crate::accuracy::{
 struct Fault {
     /// Of every error.
     factor: f64,
+    /// Of those of `Auto` once more.
+    auto: f64,
     /// Along the axis, px, where the cell is `concerned`.
     shift: f64,
     concerned: fn(&Cell) -> bool,
@@ -28,8 +30,15 @@ struct Fault {
     flags: Flags,
 }
 
-const NONE: Fault =
-    Fault { factor: 1.0, shift: 0.0, concerned: |_| true, sigma: 1.0, missed: false, flags: Flags::CLIPPED };
+const NONE: Fault = Fault {
+    factor: 1.0,
+    auto: 1.0,
+    shift: 0.0,
+    concerned: |_| true,
+    sigma: 1.0,
+    missed: false,
+    flags: Flags::CLIPPED,
+};
 
 /// Bound of every cell, px: small enough for all goals, and smaller still with little noise.
 fn bound(cell: &Cell) -> f64 {
@@ -47,8 +56,11 @@ fn outcome(cell: Cell, fault: Fault) -> Outcome {
             let error = sigma * fault.factor * DVec2::new(normal(), normal()) + axis * shift;
             let reported = (sigma * fault.sigma).powi(2);
             let estimate = Estimate { error, normalised: error.length_squared() / reported, reported };
-            let found = (!fault.missed || index > 0).then_some(estimate);
-            Sample { estimates: [found; METHODS.len()], flags: fault.flags, wrong: 0 }
+            let auto = Estimate { error: error * fault.auto, ..estimate };
+            let found = !fault.missed || index > 0;
+            let estimates =
+                METHODS.map(|method| found.then_some(if method.name == "auto" { auto } else { estimate }));
+            Sample { estimates, flags: fault.flags, wrong: 0 }
         };
         Group {
             bounds: [DMat2::IDENTITY * (sigma * sigma); METHODS.len()],
@@ -77,7 +89,7 @@ fn assert_fails(fault: Fault, expected: &[&str]) {
 
 #[test]
 fn an_ideal_library_reaches_all() {
-    assert_eq!(goals_with(NONE).len(), 17);
+    assert_eq!(goals_with(NONE).len(), 18);
     assert_fails(NONE, &[]);
 }
 
@@ -86,10 +98,15 @@ fn larger_errors_are_seen() {
     let fault = Fault { factor: 1.1, sigma: 1.1, ..NONE };
     assert_fails(fault, &["average"]);
     let fault = Fault { factor: 1.3, sigma: 1.3, ..NONE };
-    assert_fails(fault, &["average", "worst"]);
+    assert_fails(fault, &["average", "worst cell"]);
     // The goals for the pooled set are in px.
     let fault = Fault { factor: 10.0, sigma: 10.0, ..NONE };
-    assert_fails(fault, &["average", "worst", "noise 0:", "noise 1:", "noise 2:", "noise 5:"]);
+    assert_fails(fault, &["average", "worst cell", "noise 0:", "noise 1:", "noise 2:", "noise 5:"]);
+}
+
+#[test]
+fn a_bad_choice_is_seen() {
+    assert_fails(Fault { auto: 1.15, ..NONE }, &["Auto"]);
 }
 
 #[test]
