@@ -31,13 +31,14 @@ pub fn draw(study: &Study, area: &Area) -> Result<bool> {
     let inside = |point: &(f64, f64)| point.0 <= LAST && point.1 <= HIGHEST;
     for ((method, risk, width), colour) in FORMS.into_iter().zip(COLOURS) {
         let curve = theory.iter().map(|point| (point.ecc_over_sigma, risk(point))).filter(inside);
-        let line = colour.mix(2.0 / f64::from(width)).stroke_width(width);
+        let colour = colour.mix(2.0 / f64::from(width));
+        let line = colour.stroke_width(width);
         chart
             .draw_series(LineSeries::new(curve, line))?
             .label(method)
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], line));
         let measured = outcomes.iter().filter_map(|outcome| measured(outcome, method)).filter(inside);
-        chart.draw_series(measured.map(|point| Circle::new(point, width + 1, colour.filled())))?;
+        chart.draw_series(measured.map(|point| Circle::new(point, 2 + width / 2, colour.filled())))?;
     }
     legend(&mut chart, SeriesLabelPosition::LowerRight)?;
     Ok(!outcomes.is_empty())
