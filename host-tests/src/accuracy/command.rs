@@ -25,15 +25,15 @@ use crate::table::{BOLD, Table, paint};
 
 const EXAMPLES: &str = "\
 Examples:
-  concentric accuracy                               the whole study, in about ten minutes; writes the folder accuracy
-  concentric accuracy --quick                       a reduced grid with fewer frames, in less than a minute
-  concentric accuracy --cell shading --frames 2000  only cells with `shading` in their name; writes nothing
-  concentric accuracy --cell 'R30 w45' --method none,exact
+  concentric accuracy                         the whole study, some minutes; writes a folder
+  concentric accuracy --quick                 a reduced grid with fewer frames, in seconds
+  concentric accuracy --cell shading          only cells with `shading` in their name
+  concentric accuracy --cell 'R30 w45' --frames 2000 --method none,exact
 
-Columns: RMS errors of one coordinate in mpx (1/1000 px); their ratio to the Cramer-Rao bound with its 95 % confidence
-interval; sys, what is the same for every noise; bias and drift, the mean error in the image and in directions of the
-light or the tilt; err/sigma, in units of the reported standard deviation. Cells in brackets are outside the range for which
-the goals are set.";
+Columns: RMS errors of one coordinate in mpx (1/1000 px); their ratio to the Cramer-Rao bound
+with its 95 % confidence interval; sys, what is the same for every noise; bias and drift, the
+mean error in the image and in directions of the light or the tilt; err/sigma, in units of the
+reported standard deviation. Cells in brackets are outside the range of the goals.";
 
 const BAR: &str = "{bar:40} {pos} of {len} frames, {eta} left";
 const FOLDER: &str = "accuracy";
