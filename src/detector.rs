@@ -246,6 +246,18 @@ impl<'i> Image<'i> {
         }
         Ok(Self { pixels, width, height })
     }
+
+    /// Width and height, px.
+    pub const fn size(&self) -> (u16, u16) {
+        (self.width, self.height)
+    }
+
+    /// Level of the pixel `(x, y)`; `None` outside the image.
+    pub fn level(&self, x: i32, y: i32) -> Option<u8> {
+        let (width, height) = (usize::from(self.width), usize::from(self.height));
+        let (x, y) = (usize::try_from(x).ok()?, usize::try_from(y).ok()?);
+        (x < width && y < height).then(|| self.pixels.get(y * width + x).copied())?
+    }
 }
 
 /// The targets of an image in memory.

@@ -60,6 +60,7 @@ mod fit;
 pub mod head;
 mod math;
 mod measure;
+pub mod refine;
 mod reject;
 pub mod report;
 mod scan;

@@ -71,10 +71,16 @@ impl Local {
 
     /// The inverse of [`distort_covariance`](Self::distort_covariance).
     pub fn undistort_covariance(&self, offset: (f32, f32), covariance: &Covariance) -> Covariance {
+        let [xx, xy, yx, yy] = self.undistorted_slope(offset);
+        covariance.mapped([[xx, xy], [yx, yy]])
+    }
+
+    /// Derivative (xx, xy, yx, yy) of the undistorted place, `offset` px from here, by the place in the image.
+    pub fn undistorted_slope(&self, offset: (f32, f32)) -> [f32; 4] {
         let (xx, xy, yy) = self.slope(offset);
         let Camera { fx, fy, .. } = self.camera;
         let scale = 1.0 / (xx * yy - xy * xy);
-        covariance.mapped([[yy * scale, -xy * scale * fx / fy], [-xy * scale * fy / fx, xx * scale]])
+        [yy * scale, -xy * scale * fx / fy, -xy * scale * fy / fx, xx * scale]
     }
 
     fn slope(&self, (dx, dy): (f32, f32)) -> (f32, f32, f32) {

@@ -17,7 +17,8 @@ pub(crate) use place::{measure_blur, place};
 use crate::fit::Shape;
 use crate::math;
 use crate::scan::{Axis, Crossing, CrossingList};
-use profile::{Blurred, mean_tail, normal};
+pub(crate) use profile::normal;
+use profile::{Blurred, mean_tail};
 
 /// Crossings of an outline that are used for the blur and for a first look at the levels.
 const FEW: u16 = 16;

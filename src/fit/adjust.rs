@@ -97,51 +97,17 @@ impl Adjustment {
         let variance = squares / f32::from(free);
         let frame_covariance = frame_covariance(&factor, variance);
         Some(Adjusted {
-            shape: self.moved(&step)?,
-            covariance: self.centre_covariance(&frame_covariance),
+            shape: self.frame.moved(&self.shape, &step)?,
+            covariance: self.frame.covariance(&frame_covariance),
             frame_covariance,
             rms: math::sqrt(squares / f32::from(self.points)),
             points: self.points,
         })
     }
-
-    /// The ellipse after adding `step` to the conic.
-    fn moved(&self, &[a, b, c, d, e]: &[f32; 5]) -> Option<Shape> {
-        let (kxx, kxy, kyy) = (1.0 + c + a, b, 1.0 + c - a);
-        let det = kxx * kyy - kxy * kxy;
-        if !(det > 0.0) {
-            return None;
-        }
-        let u = 0.5 * (kxy * e - kyy * d) / det;
-        let v = 0.5 * (kxy * d - kxx * e) / det;
-        let level = 1.0 - 0.5 * (d * u + e * v);
-        let Frame { l0, l1, l2 } = self.frame;
-        let dy = v / l2;
-        let dx = (u - l1 * dy) / l0;
-        (level > 0.0).then(|| Shape {
-            cx: self.shape.cx + dx,
-            cy: self.shape.cy + dy,
-            axx: l0 * l0 * kxx / level,
-            axy: l0 * (l1 * kxx + l2 * kxy) / level,
-            ayy: (l1 * l1 * kxx + 2.0 * l1 * l2 * kxy + l2 * l2 * kyy) / level,
-        })
-    }
-
-    fn centre_covariance(&self, frame: &Matrix<4>) -> Covariance {
-        let (uu, uv, vv) = (frame[2][2], frame[3][2], frame[3][3]);
-        let Frame { l0, l1, l2 } = self.frame;
-        // p = L^-1 q: y = v / l2, x = (u - l1 y) / l0.
-        let k = l1 / (l0 * l2);
-        Covariance {
-            xx: uu / (l0 * l0) - 2.0 * k * uv / l0 + k * k * vv,
-            xy: (uv / l0 - k * vv) / l2,
-            yy: vv / (l2 * l2),
-        }
-    }
 }
 
 /// [`Adjusted::frame_covariance`]: the centre moves by minus half the last two terms.
-fn frame_covariance(factor: &Factor<5>, variance: f32) -> Matrix<4> {
+pub(crate) fn frame_covariance(factor: &Factor<5>, variance: f32) -> Matrix<4> {
     let mut covariance = [[0.0; 4]; 4];
     let terms = [(0, 1.0), (1, 1.0), (3, -0.5), (4, -0.5)];
     for (j, (term, scale)) in terms.into_iter().enumerate() {

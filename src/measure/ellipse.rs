@@ -11,11 +11,11 @@ use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
 /// Sectors in which edge points are looked for.
-pub(super) const SECTORS: u32 = 32;
+pub(crate) const SECTORS: u32 = 32;
 
 /// An edge after its fit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Fitted {
+pub(crate) struct Fitted {
     pub adjusted: Adjusted,
     pub dark_inside: bool,
     /// Longest run of sectors without an edge point, of 32.
@@ -26,7 +26,7 @@ pub(super) struct Fitted {
     pub measured_ratio: f32,
 }
 
-pub(super) type FittedList = Vec<Fitted, MAX_CIRCLES>;
+pub(crate) type FittedList = Vec<Fitted, MAX_CIRCLES>;
 
 /// Appends to a list that is never longer than the one it is made of.
 pub(super) fn list(items: impl Iterator<Item = Fitted>) -> FittedList {

@@ -20,11 +20,13 @@ use crate::scan::{Pool, Scanner};
 use crate::settings::{Compensation, Polarity, Settings, limits};
 use crate::target::{Circle, Ellipse, Flags, MAX_CIRCLES, Target};
 use choose::choose;
+pub(crate) use choose::concentric;
 use combine::{Centre, combine, measured_perspective, significant};
-use ellipse::{Fitted, FittedList, SECTORS, fit};
+use ellipse::fit;
+pub(crate) use ellipse::{Fitted, FittedList, SECTORS};
 use heapless::Vec;
 use known::known;
-use origin::Origin;
+pub(crate) use origin::Origin;
 
 /// First guess of the blur, px, for the first look at the levels.
 const BLUR_GUESS: f32 = 0.8;
@@ -46,7 +48,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let origin = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
     let fitted = fit_all(&edges, pool, &levels, blur, &origin)?;
     let circles = choose(&fitted, settings, scanner.width())?;
-    assemble(&circles, settings, &levels, blur, &origin)
+    assemble(&circles, settings, &Light::new(&levels, blur, &circles), &origin)
 }
 
 /// The outlines of the chain as edges about `origin`, outermost first.
@@ -95,11 +97,38 @@ fn fit_all(
     if fitted.len() < 2 { Err(cause) } else { Ok(fitted) }
 }
 
-fn assemble(
+/// What is known of a target beside its ellipses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Light {
+    pub contrast: f32,
+    pub noise: f32,
+    pub blur: f32,
+    pub clipped: bool,
+    /// Variance that the uncertainty of the levels gives to either coordinate of the outer ellipse's centre, px^2.
+    pub plane: f32,
+    /// Variance of an edge point that the noise explains, px^2.
+    pub edge_variance: f32,
+}
+
+impl Light {
+    fn new(levels: &Levels, blur: f32, circles: &FittedList) -> Self {
+        let outer = circles.first().map(|outer| outer.adjusted.shape).unwrap_or_default();
+        Self {
+            contrast: levels.contrast(),
+            noise: levels.noise,
+            blur,
+            clipped: levels.clipped,
+            plane: levels.plane_variance(&outer, blur),
+            edge_variance: levels.edge_variance(blur),
+        }
+    }
+}
+
+/// The target that `circles` make, which are those of one target and have their ratios.
+pub(crate) fn assemble(
     circles: &FittedList,
     settings: &Settings,
-    levels: &Levels,
-    blur: f32,
+    light: &Light,
     origin: &Origin,
 ) -> Result<Target, Reject> {
     let outer = circles.first().ok_or(Reject::Alone)?;
@@ -112,7 +141,7 @@ fn assemble(
     let eq7 = combine(circles, 0.0).ok_or(degenerate)?;
     let t = measured_perspective(circles).ok_or(degenerate)?;
     let exact = combine(circles, t).ok_or(degenerate)?;
-    let plane = levels.plane_variance(&outer.adjusted.shape, blur);
+    let plane = light.plane;
     let (auto, share) = significant(circles, t, plane).ok_or(degenerate)?;
     let known = origin.lens().and_then(|lens| known(circles, lens, plane));
     let chosen = match settings.compensation {
@@ -130,10 +159,10 @@ fn assemble(
         exact: origin.position(exact.x, exact.y),
         normal: known.map(|known| known.normal),
         circles: Vec::new(),
-        contrast: levels.contrast(),
-        noise: levels.noise,
-        blur,
-        flags: flags(circles, settings, levels, blur),
+        contrast: light.contrast,
+        noise: light.noise,
+        blur: light.blur,
+        flags: flags(circles, settings, light),
     };
     target.flags.set(Flags::INSIGNIFICANT, share <= 0.0);
     for circle in circles {
@@ -155,13 +184,13 @@ fn report(circle: &Fitted, origin: &Origin) -> Circle {
     }
 }
 
-fn flags(circles: &FittedList, settings: &Settings, levels: &Levels, blur: f32) -> Flags {
+fn flags(circles: &FittedList, settings: &Settings, light: &Light) -> Flags {
     let mut flags = Flags::default();
-    flags.set(Flags::CLIPPED, levels.clipped);
-    flags.set(Flags::LOW_CONTRAST, levels.contrast() < limits::FLAG_CONTRAST);
+    flags.set(Flags::CLIPPED, light.clipped);
+    flags.set(Flags::LOW_CONTRAST, light.contrast < limits::FLAG_CONTRAST);
     flags.set(Flags::LIGHT, settings.spec.polarity() == Polarity::Light);
     flags.set(Flags::MEASURED_RATIO, settings.spec.ratios().is_empty());
-    let explained = limits::FLAG_RESIDUAL_NOISE * levels.edge_variance(blur);
+    let explained = limits::FLAG_RESIDUAL_NOISE * light.edge_variance;
     let mut outside = f32::INFINITY;
     for circle in circles {
         let (_, b) = circle.adjusted.shape.semi_axes();

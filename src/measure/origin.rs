@@ -11,7 +11,7 @@ const FARTHEST: f32 = 4096.0;
 
 /// Edge points go in through it, results go out.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Origin {
+pub(crate) struct Origin {
     pub pixel: (u16, u16),
     lens: Option<Local>,
 }
@@ -33,11 +33,7 @@ impl Origin {
 
     /// Edge point without distortion, px. `None` where the lens folds the image.
     pub fn undistorted(&self, (x, y): (i32, i32)) -> Option<(f32, f32)> {
-        let (x, y) = (x as f32 / GRID, y as f32 / GRID);
-        match &self.lens {
-            Some(lens) => lens.undistort((x, y)),
-            None => Some((x, y)),
-        }
+        self.place((x as f32 / GRID, y as f32 / GRID))
     }
 
     /// The same on the grid of edge points, for the exact sums; also `None` where the lens puts the point too far away.
@@ -49,9 +45,27 @@ impl Origin {
         (x.abs() < FARTHEST && y.abs() < FARTHEST).then(|| (math::round(GRID * x), math::round(GRID * y)))
     }
 
+    /// The place without distortion of what is seen `(x, y)` px from the origin.
+    pub fn place(&self, seen: (f32, f32)) -> Option<(f32, f32)> {
+        match &self.lens {
+            Some(lens) => lens.undistort(seen),
+            None => Some(seen),
+        }
+    }
+
+    /// The inverse of [`place`](Self::place).
+    pub fn seen(&self, place: (f32, f32)) -> (f32, f32) {
+        self.lens.as_ref().map_or(place, |lens| lens.distort(place))
+    }
+
+    /// Derivative (xx, xy, yx, yy) of the place by what is seen.
+    pub fn slope(&self, place: (f32, f32)) -> [f32; 4] {
+        self.lens.as_ref().map_or([1.0, 0.0, 0.0, 1.0], |lens| lens.undistorted_slope(place))
+    }
+
     /// Where the image shows `(x, y)`.
     pub fn position(&self, x: f32, y: f32) -> Position {
-        let (x, y) = self.lens.as_ref().map_or((x, y), |lens| lens.distort((x, y)));
+        let (x, y) = self.seen((x, y));
         Position::from_origin(i32::from(self.pixel.0), i32::from(self.pixel.1), x, y)
     }
 
