@@ -63,7 +63,7 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fi
 /// Edge point of a crossing about the origin, 1/256 px.
 fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
     let offset = i32::from(crossing.offset()?);
-    let x = 256 * (i32::from(crossing.x) - i32::from(origin.0));
+    let x = 256 * (i32::from(crossing.x()) - i32::from(origin.0));
     let y = 256 * (i32::from(crossing.y()) - i32::from(origin.1));
     Some(match crossing.axis() {
         Axis::Row => (x + offset, y),
