@@ -49,8 +49,10 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+mod camera;
 mod candidate;
 pub mod centre;
+pub mod coplanar;
 mod detector;
 mod edge;
 mod fit;
@@ -66,6 +68,7 @@ mod storage;
 mod summary;
 pub mod target;
 
+pub use camera::{Camera, CameraError, Distortion};
 pub use detector::{
     Detection, Detector, FrameError, Image, MAX_HEIGHT, MAX_WIDTH, MIN_SIZE, Rest, RowError, Scan, Targets,
 };

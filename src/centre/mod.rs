@@ -17,9 +17,11 @@
 mod combine;
 mod pencil;
 mod real;
+mod section;
 mod significance;
 
 pub use combine::{Weights, mean, perspective, weights};
 pub use pencil::Pencil;
 pub use real::Real;
+pub use section::{Misfit, Section, Sight};
 pub use significance::Significance;

@@ -29,6 +29,9 @@ pub(crate) struct Adjusted {
     pub shape: Shape,
     /// Covariance of its centre, px^2.
     pub covariance: Covariance,
+    /// Covariance of stretch and centre in the frame where it is the unit circle: of the terms (u^2 - v^2, 2 u v) of its
+    /// conic and of (u, v) of its centre.
+    pub frame_covariance: Matrix<4>,
     /// RMS distance of the points, px.
     pub rms: f32,
     pub points: u16,
@@ -92,9 +95,11 @@ impl Adjustment {
         let squares = (self.squares - gain).max(0.0);
         let free = self.points.checked_sub(5).filter(|&free| free > 0)?;
         let variance = squares / f32::from(free);
+        let frame_covariance = frame_covariance(&factor, variance);
         Some(Adjusted {
             shape: self.moved(&step)?,
-            covariance: self.centre_covariance(&factor, variance),
+            covariance: self.centre_covariance(&frame_covariance),
+            frame_covariance,
             rms: math::sqrt(squares / f32::from(self.points)),
             points: self.points,
         })
@@ -122,15 +127,8 @@ impl Adjustment {
         })
     }
 
-    /// The centre moves by minus half the last two terms, in the circle's frame.
-    fn centre_covariance(&self, factor: &Factor<5>, variance: f32) -> Covariance {
-        let column = |k: usize| {
-            let mut unit = [0.0; 5];
-            unit[k] = 0.25 * variance;
-            factor.solve(unit)
-        };
-        let [_, _, _, uu, uv] = column(3);
-        let [_, _, _, _, vv] = column(4);
+    fn centre_covariance(&self, frame: &Matrix<4>) -> Covariance {
+        let (uu, uv, vv) = (frame[2][2], frame[3][2], frame[3][3]);
         let Frame { l0, l1, l2 } = self.frame;
         // p = L^-1 q: y = v / l2, x = (u - l1 y) / l0.
         let k = l1 / (l0 * l2);
@@ -140,6 +138,22 @@ impl Adjustment {
             yy: vv / (l2 * l2),
         }
     }
+}
+
+/// [`Adjusted::frame_covariance`]: the centre moves by minus half the last two terms.
+fn frame_covariance(factor: &Factor<5>, variance: f32) -> Matrix<4> {
+    let mut covariance = [[0.0; 4]; 4];
+    let terms = [(0, 1.0), (1, 1.0), (3, -0.5), (4, -0.5)];
+    for (j, (term, scale)) in terms.into_iter().enumerate() {
+        let mut unit = [0.0; 5];
+        unit[term] = scale * variance;
+        let [a, b, _, d, e] = factor.solve(unit);
+        let column = [a, b, -0.5 * d, -0.5 * e];
+        for i in j..4 {
+            covariance[i][j] = column[i];
+        }
+    }
+    covariance
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! An ellipse as the library calculates with it.
 
 use crate::math;
-use crate::target::{Ellipse, Position};
+use crate::target::Ellipse;
 
 /// The ellipse (p - c)' A (p - c) = 1, about an integer origin that its user knows. Lengths in px.
 #[derive(Clone, Copy, Debug, Default)]
@@ -68,11 +68,11 @@ impl Shape {
         Self { cx: self.cx - x, cy: self.cy - y, ..*self }
     }
 
-    /// For the report; `(x, y)` is the origin's pixel.
-    pub fn to_ellipse(self, x: i32, y: i32) -> Ellipse {
+    /// For the report, without the centre's place in the image.
+    pub fn to_ellipse(self) -> Ellipse {
         let (a, b) = self.semi_axes();
         let theta = 0.5 * math::atan2(-2.0 * self.axy, self.ayy - self.axx);
-        Ellipse { centre: Position::from_origin(x, y, self.cx, self.cy), a, b, theta }
+        Ellipse { a, b, theta, ..Ellipse::default() }
     }
 }
 

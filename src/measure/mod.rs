@@ -2,11 +2,15 @@
 //!
 //! 1. [`ellipse`]: each edge's points to an ellipse.
 //! 2. [`choose`]: which of these make a target.
-//! 3. [`combine`]: their centres to the true centre, with its covariance.
+//! 3. [`combine`]: their centres to the true centre, with its covariance; [`known`]: the same with a known camera.
+//!
+//! From the edge points on everything is in undistorted px about the target's [`origin`].
 
 mod choose;
 mod combine;
 mod ellipse;
+mod known;
+mod origin;
 
 use crate::candidate;
 use crate::edge::{self, Edge, Edges, Levels};
@@ -14,11 +18,13 @@ use crate::fit::Adjusted;
 use crate::reject::Reject;
 use crate::scan::{Pool, Scanner};
 use crate::settings::{Compensation, Polarity, Settings, limits};
-use crate::target::{Circle, Flags, MAX_CIRCLES, Target};
+use crate::target::{Circle, Ellipse, Flags, MAX_CIRCLES, Target};
 use choose::choose;
 use combine::{Centre, combine, measured_perspective, significant};
 use ellipse::{Fitted, FittedList, SECTORS, fit};
 use heapless::Vec;
+use known::known;
+use origin::Origin;
 
 /// First guess of the blur, px, for the first look at the levels.
 const BLUR_GUESS: f32 = 0.8;
@@ -37,9 +43,10 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let blur = edge::measure_blur(&edges, pool, &levels);
     let levels = levels.refined(&edges, pool, blur).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
-    let fitted = fit_all(&edges, pool, &levels, blur)?;
+    let origin = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
+    let fitted = fit_all(&edges, pool, &levels, blur, &origin)?;
     let circles = choose(&fitted, settings, scanner.width())?;
-    assemble(&circles, settings, &levels, blur, origin)
+    assemble(&circles, settings, &levels, blur, &origin)
 }
 
 /// The outlines of the chain as edges about `origin`, outermost first.
@@ -67,12 +74,18 @@ fn check_contrast(levels: &Levels) -> Result<(), Reject> {
 }
 
 /// Fits every edge. Those that are no ellipse are left out; an error if less than two remain.
-fn fit_all(edges: &Edges<'_>, pool: &mut Pool<'_>, levels: &Levels, blur: f32) -> Result<FittedList, Reject> {
+fn fit_all(
+    edges: &Edges<'_>,
+    pool: &mut Pool<'_>,
+    levels: &Levels,
+    blur: f32,
+    origin: &Origin,
+) -> Result<FittedList, Reject> {
     let mut fitted = FittedList::new();
     let mut cause = Reject::Alone;
     for (k, edge) in edges.edges.iter().enumerate() {
         edge::place(edges, k, pool, levels, blur);
-        match fit(edge, pool, edges.origin) {
+        match fit(edge, pool, origin) {
             Ok(fit) => {
                 let _ = fitted.push(fit);
             }
@@ -87,7 +100,7 @@ fn assemble(
     settings: &Settings,
     levels: &Levels,
     blur: f32,
-    origin: (u16, u16),
+    origin: &Origin,
 ) -> Result<Target, Reject> {
     let outer = circles.first().ok_or(Reject::Alone)?;
     let degenerate = Reject::NotConcentric;
@@ -101,17 +114,21 @@ fn assemble(
     let exact = combine(circles, t).ok_or(degenerate)?;
     let plane = levels.plane_variance(&outer.adjusted.shape, blur);
     let (auto, share) = significant(circles, t, plane).ok_or(degenerate)?;
+    let known = origin.lens().and_then(|lens| known(circles, lens, plane));
     let chosen = match settings.compensation {
         Compensation::None => plain,
         Compensation::Eq7 => eq7,
         Compensation::Exact => exact,
         Compensation::Auto => auto,
+        Compensation::Known => known.map_or(exact, |known| known.centre),
     };
+    let covariance = chosen.total_covariance(plane);
     let mut target = Target {
-        centre: chosen.position(origin),
-        covariance: chosen.total_covariance(plane),
-        eq7: eq7.position(origin),
-        exact: exact.position(origin),
+        centre: origin.position(chosen.x, chosen.y),
+        covariance: origin.covariance((chosen.x, chosen.y), &covariance),
+        eq7: origin.position(eq7.x, eq7.y),
+        exact: origin.position(exact.x, exact.y),
+        normal: known.map(|known| known.normal),
         circles: Vec::new(),
         contrast: levels.contrast(),
         noise: levels.noise,
@@ -125,11 +142,11 @@ fn assemble(
     Ok(target)
 }
 
-fn report(circle: &Fitted, origin: (u16, u16)) -> Circle {
-    let Adjusted { shape, covariance, rms, points } = circle.adjusted;
+fn report(circle: &Fitted, origin: &Origin) -> Circle {
+    let Adjusted { shape, covariance, rms, points, .. } = circle.adjusted;
     Circle {
-        ellipse: shape.to_ellipse(i32::from(origin.0), i32::from(origin.1)),
-        covariance,
+        ellipse: Ellipse { centre: origin.position(shape.cx, shape.cy), ..shape.to_ellipse() },
+        covariance: origin.covariance((shape.cx, shape.cy), &covariance),
         rms,
         points,
         gap: circle.gap as f32 * (360.0 / SECTORS as f32),
