@@ -265,11 +265,17 @@ fn compensation_changes_the_centre_only() {
         let output = folder.run(&["detect", "--ratio", "0.5", "--json", "--compensation", mode, "a.png"]);
         json(&output)[0]["targets"][0].clone()
     };
-    let [none, eq7, exact] = ["none", "eq7", "exact"].map(target);
+    let [none, eq7, exact, auto] = ["none", "eq7", "exact", "auto"].map(target);
     assert_eq!(none["x"], none["circles"][0]["x"]);
     assert_eq!(none["eccentricity"], 0.0);
     assert_eq!((&eq7["x"], &eq7["y"]), (&eq7["eq7"]["x"], &eq7["eq7"]["y"]));
     assert!(exact["eccentricity"].as_f64().unwrap() > 0.1);
+    // Here the eccentricity is a hundred times its sigma, so nearly all of it is corrected.
+    let [from_exact, from_none] = [&exact, &none].map(|other| {
+        let axis = |name: &str| auto[name].as_f64().unwrap() - other[name].as_f64().unwrap();
+        axis("x").hypot(axis("y"))
+    });
+    assert!(from_exact < 0.003 * from_none, "{from_exact} {from_none}");
     assert_eq!(none["circles"], exact["circles"]);
 }
 
