@@ -242,8 +242,9 @@ pub(crate) mod limits {
     /// Below this inner semi-minor axis or gap the flag `SMALL` is set, px.
     pub const FLAG_SMALL: f32 = 4.0;
     /// Mean squared residual of a target's ellipses under the camera, in units of their variance, above which they
-    /// contradict it: chance alone does that to one target with two circles in 2000.
-    pub const CAMERA_MISFIT: f32 = 5.0;
+    /// contradict it: chance alone does that to one target with two circles in 10,000, even where the noise is 10 % above
+    /// what the residuals tell.
+    pub const CAMERA_MISFIT: f32 = 7.0;
     /// The same above which the covariance grows with it: chance alone exceeds it in 5 %.
     pub const CAMERA_INFLATION: f32 = 2.4;
     /// Poles of a target farther apart than this many standard deviations do not belong to the plane of the others.

@@ -56,12 +56,6 @@ impl Errors {
         (self.all.iter().map(|(x, y)| x * x + y * y).sum::<f64>() / self.all.len() as f64 / 2.0).sqrt()
     }
 
-    /// Length of the mean error, px: what no averaging over noise removes.
-    fn bias(&self) -> f64 {
-        let (x, y) = self.all.iter().fold((0.0, 0.0), |(x, y), e| (x + e.0, y + e.1));
-        x.hypot(y) / self.all.len() as f64
-    }
-
     fn over_sigma(&self) -> f64 {
         (self.normalised / self.all.len() as f64 / 2.0).sqrt()
     }
@@ -139,12 +133,31 @@ fn known_camera_takes_off_more_than_half_of_the_noise() {
             }
         }
     }
+    let (ratio, bound) = (f64::sqrt(ratios / cells), f64::sqrt(bounds / cells));
     println!(
-        "pooled: {:.3} of exact, {:.3} of eq. (7)'s bound",
-        f64::sqrt(ratios / cells),
-        f64::sqrt(bounds / cells)
+        "known camera: {ratio:.3} of the exact form, {bound:.3} of eq. (7)'s bound, wrong planes {wrong}"
     );
+    assert!(ratio < 0.48 && bound < 0.54 && wrong == 0, "{ratio} {bound} {wrong}");
+    assert!((0.9..1.2).contains(&all.over_sigma()), "{}", all.over_sigma());
 }
+
+/// Teeth of the figures above: a focal length that is a twentieth off spoils them.
+#[test]
+fn a_wrong_focal_length_shows() {
+    let lens = render::Camera::new(640, 512, 1000.0);
+    let wrong = render::Camera::new(640, 512, 950.0);
+    let mut errors = [Errors::default(), Errors::default()];
+    for i in 0..20 {
+        let scene = scene(lens, 30.0, 40.0, 360.0 * turn(i, 0.381_966), (320.0, 256.0));
+        let frame = scene.render(u64::from(i));
+        for (errors, lens) in errors.iter_mut().zip([lens, wrong]) {
+            errors.add(&detect_with(&frame, known(camera(&lens))).0, &frame);
+        }
+    }
+    let [right, wrong] = errors.map(|errors| errors.rms());
+    assert!(wrong > 2.0 * right, "{wrong} {right}");
+}
+
 /// The ellipse of `points`: centre, and A = (xx, xy, yy) of (p - c)' A (p - c) = 1. Least squares of the conic with constant
 /// trace, in f64.
 fn fit(points: &[(f64, f64)]) -> ((f64, f64), [f64; 3]) {

@@ -33,7 +33,7 @@ impl Local {
     }
 
     /// The place itself without distortion, from the principal point, undistorted px.
-    pub fn from_principal_point(&self) -> (f32, f32) {
+    pub fn off_axis(&self) -> (f32, f32) {
         (self.camera.fx * self.at.0, self.camera.fy * self.at.1)
     }
 

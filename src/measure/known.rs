@@ -100,7 +100,7 @@ impl<'c> View<'c> {
     fn new(circles: &'c FittedList, lens: &Local, plane: f32) -> Option<Self> {
         let (fx, fy) = lens.camera().focal_lengths();
         let aspect = fx / fy;
-        let (x, y) = lens.from_principal_point();
+        let (x, y) = lens.off_axis();
         let outer = circles.first()?.adjusted.shape;
         Some(Self {
             circles,
