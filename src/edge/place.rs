@@ -1,6 +1,6 @@
 //! Where the edge passes on the axis of a crossing, and how blurred the edges are.
 
-use super::{Edges, Levels, Local, normal};
+use super::{Blurred, Edges, Levels, Local, normal};
 use crate::scan::{Crossing, Pool};
 
 /// Most Gauss-Newton steps for an edge point.
@@ -64,19 +64,18 @@ struct Profile {
     /// Places on the axis, towards light, px.
     places: [f32; 4],
     lightness: [f32; 4],
-    /// 1 / (blur along the axis), 1/px.
-    k: f32,
+    edge: Blurred,
 }
 
 impl Profile {
     fn new(local: &Local, crossing: &Crossing, levels: &Levels, sigma: f32) -> Self {
         let (places, grey) = local.near(crossing);
-        let k = local.along / sigma;
+        let edge = local.blurred(sigma);
         let scale = levels.scale(local.point(local.offset), local.axis);
         let from_edge = places.map(|place| place - local.offset);
-        let neighbours = local.neighbours(from_edge, k);
+        let neighbours = local.neighbours(from_edge, edge.k);
         let lightness = core::array::from_fn(|i| scale.lightness(grey[i], from_edge[i]) - neighbours[i]);
-        Self { places, lightness, k }
+        Self { places, lightness, edge }
     }
 
     /// The place of the edge with the least sum of squares: a matched filter, iterated from the sample nearest to half
@@ -88,18 +87,21 @@ impl Profile {
         let &(before, low, high) = pairs.iter().find(|(_, low, high)| *low < 0.5 && *high >= 0.5)?;
         // From the sample nearer to the middle, by the series of the inverse of the distribution.
         let (start, from) = if 0.5 - low < high - 0.5 { (before, low) } else { (before + 1.0, high) };
-        let mut place = p0 + start - inverse_normal(from) / self.k;
+        let mut place = p0 + start - (inverse_normal(from) - 0.5 * self.edge.curvature) / self.edge.k;
         for _ in 0..STEPS {
+            let at = self.places.map(|x| {
+                let (share, density) = normal(self.edge.deviation(x - place));
+                (share, density * self.edge.slope(x - place))
+            });
             let (mut slope, mut square) = (0.0, 0.0);
-            let at = self.places.map(|x| normal((x - place) * self.k));
-            for ((share, density), lightness) in at.iter().zip(self.lightness) {
-                slope += density * (share - lightness);
-                square += density * density;
+            for ((share, derivative), lightness) in at.iter().zip(self.lightness) {
+                slope += derivative * (share - lightness);
+                square += derivative * derivative;
             }
-            if square < MIN_SLOPE {
+            if square < MIN_SLOPE * self.edge.k * self.edge.k {
                 return None;
             }
-            let step = (slope / (square * self.k)).clamp(-MAX_CHANGE, MAX_CHANGE);
+            let step = (slope / square).clamp(-MAX_CHANGE, MAX_CHANGE);
             place += step;
             if step.abs() < SETTLED {
                 break;
@@ -110,19 +112,23 @@ impl Profile {
 
     /// Normal equation of the relative change of the blur, with the place free: `(right-hand side, square)`.
     fn blur_slope(&self, place: f32) -> (f32, f32) {
+        // Residual, and derivatives by the logarithm of the blur and by the place.
         let at = self.places.map(|x| {
-            let z = (x - place) * self.k;
+            let z = self.edge.deviation(x - place);
             let (share, density) = normal(z);
-            (z, share, density)
+            (share, (self.edge.curvature - z) * density, density * self.edge.slope(x - place))
         });
-        let (cross, square) = at.iter().fold((0.0, 0.0), |(cross, square), (z, _, density)| {
-            (cross + z * density * density, square + density * density)
+        let (cross, square) = at.iter().fold((0.0, 0.0), |(cross, square), (_, blur, place)| {
+            (cross + blur * place, square + place * place)
         });
-        let mean = cross / square.max(MIN_SLOPE);
-        at.iter().zip(self.lightness).fold((0.0, 0.0), |(slope, square), ((z, share, density), lightness)| {
-            let derivative = (mean - z) * density;
-            (slope + derivative * (lightness - share), square + derivative * derivative)
-        })
+        let share_of_place = cross / square.max(MIN_SLOPE * self.edge.k * self.edge.k);
+        at.iter().zip(self.lightness).fold(
+            (0.0, 0.0),
+            |(slope, square), ((share, blur, place), lightness)| {
+                let derivative = blur - share_of_place * place;
+                (slope + derivative * (lightness - share), square + derivative * derivative)
+            },
+        )
     }
 }
 

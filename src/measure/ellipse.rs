@@ -2,7 +2,7 @@
 
 use super::origin::Origin;
 use crate::edge::Edge;
-use crate::fit::{Adjusted, Adjustment, Sums};
+use crate::fit::{Adjusted, Adjustment, Shape, Sums};
 use crate::math;
 use crate::reject::Reject;
 use crate::scan::{Axis, Crossing, Pool};
@@ -11,7 +11,7 @@ use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
 /// Sectors in which edge points are looked for.
-const SECTORS: u32 = 32;
+pub(super) const SECTORS: u32 = 32;
 
 /// An edge after its fit.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +22,8 @@ pub(super) struct Fitted {
     pub gap: u32,
     /// Radius in units of the outer circle's.
     pub ratio: f32,
+    /// The same as it was measured.
+    pub measured_ratio: f32,
 }
 
 pub(super) type FittedList = Vec<Fitted, MAX_CIRCLES>;
@@ -35,18 +37,17 @@ pub(super) fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
     list
 }
 
-/// Fits the ellipse of one edge, blurred with the standard deviation `blur` px, to its edge points.
-pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin, blur: f32) -> Result<Fitted, Reject> {
+/// Fits the ellipse of one edge to its edge points.
+pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin) -> Result<Fitted, Reject> {
     let mut sums = Sums::default();
     let crossings = || pool.iter(edge.crossings).filter_map(|crossing| edge_point(crossing, origin.pixel));
     crossings().filter_map(|point| origin.on_grid(point)).for_each(|(x, y)| sums.add(x, y));
     let points = || crossings().filter_map(|point| origin.undistorted(point));
     let start = sums.fit().ok_or(Reject::NotElliptic)?;
-    let begin = |shape| Adjustment::new(shape, blur).ok_or(Reject::NotElliptic);
-    let mut step = adjust(begin(start)?, points(), f32::INFINITY)?;
+    let mut step = adjust(start, points(), f32::INFINITY)?;
     let limit = limits::OUTLIER * step.adjusted.rms.max(1.0 / 256.0);
     if step.farthest > limit {
-        step = adjust(begin(step.adjusted.shape)?, points(), limit)?;
+        step = adjust(step.adjusted.shape, points(), limit)?;
     }
     let Step { adjusted, sectors, .. } = step;
     let (_, b) = adjusted.shape.semi_axes();
@@ -58,13 +59,13 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin, blur: f32) -> R
     if !(adjusted.rms <= limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b) {
         return Err(Reject::NotElliptic);
     }
-    Ok(Fitted { adjusted, dark_inside: edge.dark_inside, gap, ratio: 1.0 })
+    Ok(Fitted { adjusted, dark_inside: edge.dark_inside, gap, ratio: 1.0, measured_ratio: 1.0 })
 }
 
 /// Edge point of a crossing about the origin, 1/256 px.
 fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
     let offset = i32::from(crossing.offset()?);
-    let x = 256 * (i32::from(crossing.x) - i32::from(origin.0));
+    let x = 256 * (i32::from(crossing.x()) - i32::from(origin.0));
     let y = 256 * (i32::from(crossing.y()) - i32::from(origin.1));
     Some(match crossing.axis() {
         Axis::Row => (x + offset, y),
@@ -81,12 +82,9 @@ struct Step {
     farthest: f32,
 }
 
-/// One step with the points nearer to the ellipse than `limit` px.
-fn adjust(
-    mut adjustment: Adjustment,
-    points: impl Iterator<Item = (f32, f32)>,
-    limit: f32,
-) -> Result<Step, Reject> {
+/// One step from `shape` with the points nearer to it than `limit` px.
+fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, limit: f32) -> Result<Step, Reject> {
+    let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
     let (mut sectors, mut farthest) = (0u32, 0.0f32);
     for (x, y) in points {
         let point = adjustment.view(x, y);

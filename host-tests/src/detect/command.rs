@@ -82,6 +82,8 @@ enum Mode {
     Exact,
     /// With a known camera: the shapes of the ellipses tell the plane
     Known,
+    /// `exact` as far as the correction is significant against its noise
+    Auto,
     /// Eq. (7) of Huo et al. 2013
     Eq7,
     /// The centre of the outer ellipse
@@ -93,6 +95,7 @@ impl From<Mode> for Compensation {
         match mode {
             Mode::Exact => Self::Exact,
             Mode::Known => Self::Known,
+            Mode::Auto => Self::Auto,
             Mode::Eq7 => Self::Eq7,
             Mode::None => Self::None,
         }

@@ -32,8 +32,12 @@ struct TargetEntry {
     coplanar: Option<bool>,
     circles: Vec<CircleEntry>,
     eccentricity: f32,
+    model_difference: f32,
     contrast: f32,
+    noise: f32,
     blur: f32,
+    residual: f32,
+    gap: f32,
     flags: Vec<&'static str>,
 }
 
@@ -46,6 +50,9 @@ struct CircleEntry {
     theta: f32,
     rms: f32,
     points: u16,
+    gap: f32,
+    ratio: f32,
+    measured_ratio: f32,
 }
 
 #[derive(Serialize)]
@@ -55,9 +62,9 @@ struct DroppedEntry {
     crossings: u32,
 }
 
-/// The line for `picture`, its end included. Lengths in px, `cov` in px^2, angles in radians, `ms` in milliseconds. `normal`
-/// (unit, towards the camera, in camera axes) is there with a camera, `coplanar` (on the plane of the others) where a plane
-/// was asked for.
+/// The line for `picture`, its end included. Lengths in px, `cov` in px^2, `theta` in radians, `gap` in degrees,
+/// contrast and noise in grey levels, `ms` in milliseconds. `normal` (unit, towards the camera, in camera axes) is there with
+/// a camera, `coplanar` (on the plane of the others) where a plane was asked for.
 ///
 /// # Errors
 /// None that a caller can cause.
@@ -91,8 +98,12 @@ fn entry(target: &Target, outcome: &Outcome) -> TargetEntry {
         coplanar: outcome.plane.map(|plane| plane.holds(target)),
         circles: target.circles.iter().map(CircleEntry::from).collect(),
         eccentricity: target.eccentricity(),
+        model_difference: target.model_difference(),
         contrast: target.contrast,
+        noise: target.noise,
         blur: target.blur,
+        residual: target.residual(),
+        gap: target.gap(),
         flags: target.flags.names().collect(),
     }
 }
@@ -100,7 +111,18 @@ fn entry(target: &Target, outcome: &Outcome) -> TargetEntry {
 impl From<&Circle> for CircleEntry {
     fn from(circle: &Circle) -> Self {
         let Place { x, y } = circle.ellipse.centre.into();
-        let Circle { ellipse, rms, points, .. } = *circle;
-        Self { x, y, a: ellipse.a, b: ellipse.b, theta: ellipse.theta, rms, points }
+        let Circle { ellipse, rms, points, gap, ratio, measured_ratio, .. } = *circle;
+        Self {
+            x,
+            y,
+            a: ellipse.a,
+            b: ellipse.b,
+            theta: ellipse.theta,
+            rms,
+            points,
+            gap,
+            ratio,
+            measured_ratio,
+        }
     }
 }

@@ -71,18 +71,19 @@ impl Scene {
         let mut shape = sums.fit().unwrap();
         // Twice, so that without noise nothing but rounding is left.
         for _ in 0..2 {
-            let mut adjustment = Adjustment::new(shape, 0.0).unwrap();
+            let mut adjustment = Adjustment::new(shape).unwrap();
             points.iter().for_each(|&(x, y)| adjustment.add(&adjustment.view(x, y)));
             let adjusted = adjustment.finish().unwrap();
             shape = adjusted.shape;
         }
-        let mut adjustment = Adjustment::new(shape, 0.0).unwrap();
+        let mut adjustment = Adjustment::new(shape).unwrap();
         points.iter().for_each(|&(x, y)| adjustment.add(&adjustment.view(x, y)));
         Fitted {
             adjusted: adjustment.finish().unwrap(),
             dark_inside: ratio == 1.0,
             gap: 0,
             ratio: ratio as f32,
+            measured_ratio: ratio as f32,
         }
     }
 
