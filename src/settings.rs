@@ -101,16 +101,16 @@ pub enum Compensation {
     /// The form of eq. (7) that is exact for any perspective.
     #[default]
     Exact,
-    /// With a known camera ([`Settings::camera`]): the shapes of the ellipses tell the plane of the target, and with it the
-    /// centre at less than half the noise. The covariance holds for a camera that is right: a focal length that is off by a
-    /// share moves the centre by that share of the eccentricity. Where the ellipses contradict the camera beyond their noise,
-    /// the centre is the exact form's, and the target has no normal.
-    Known,
     /// The exact form as far as its correction is significant against its own noise
     /// ([`Significance`](crate::centre::Significance)), from the mean of the ellipse centres: better where targets are small,
     /// noisy or seen from the front. Where the eccentricity is 3 to 10 times the standard deviation of the outer ellipse's
     /// centre it is up to 10 % worse than `Exact`.
     Auto,
+    /// With a known camera ([`Settings::camera`]): the shapes of the ellipses tell the plane of the target, and with it the
+    /// centre at less than half the noise. The covariance holds for a camera that is right: a focal length that is off by a
+    /// share moves the centre by that share of the eccentricity. Where the ellipses contradict the camera beyond their noise,
+    /// the centre is the exact form's, and the target has no normal.
+    Known,
 }
 
 /// Settings of a [`Detector`](crate::Detector).

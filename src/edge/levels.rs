@@ -95,7 +95,7 @@ impl Levels {
                 let Some(local) = views.local(crossing) else { continue };
                 let samples = Samples::new(&local, crossing, sigma);
                 for sample in [samples.better_of(0, 1), samples.better_of(3, 2)] {
-                    normals.count_clipped(sample.far_level);
+                    normals.count_clipped(sample.far_level, self.noise);
                     let (x, y) = local.point(sample.place);
                     let mixed = self.mixed(sample.lightness);
                     let expected = mixed * (1.0 + self.gx * x + self.gy * y);
@@ -217,9 +217,11 @@ struct Normals {
 }
 
 impl Normals {
-    fn count_clipped(&mut self, level: f32) {
+    /// The mean of pixels at the end of the scale is off it by some of their `noise`.
+    fn count_clipped(&mut self, level: f32, noise: f32) {
+        let off = noise + 0.5;
         self.samples += 1;
-        self.clipped += u32::from(level <= 0.0 || level >= 255.0);
+        self.clipped += u32::from(level <= off || level >= 255.0 - off);
     }
 
     /// Adds a sample; `gx` and `gy` are its derivatives by the two slopes, `residual` what the levels before leave.

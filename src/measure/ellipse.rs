@@ -2,7 +2,7 @@
 
 use super::origin::Origin;
 use crate::edge::Edge;
-use crate::fit::{Adjusted, Adjustment, Shape, Sums};
+use crate::fit::{Adjusted, Adjustment, Sums};
 use crate::math;
 use crate::reject::Reject;
 use crate::scan::{Axis, Crossing, Pool};
@@ -44,10 +44,11 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin) -> Result<Fitte
     crossings().filter_map(|point| origin.on_grid(point)).for_each(|(x, y)| sums.add(x, y));
     let points = || crossings().filter_map(|point| origin.undistorted(point));
     let start = sums.fit().ok_or(Reject::NotElliptic)?;
-    let mut step = adjust(start, points(), f32::INFINITY)?;
+    let begin = |shape| Adjustment::new(shape).ok_or(Reject::NotElliptic);
+    let mut step = adjust(begin(start)?, points(), f32::INFINITY)?;
     let limit = limits::OUTLIER * step.adjusted.rms.max(1.0 / 256.0);
     if step.farthest > limit {
-        step = adjust(step.adjusted.shape, points(), limit)?;
+        step = adjust(begin(step.adjusted.shape)?, points(), limit)?;
     }
     let Step { adjusted, sectors, .. } = step;
     let (_, b) = adjusted.shape.semi_axes();
@@ -65,7 +66,7 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin) -> Result<Fitte
 /// Edge point of a crossing about the origin, 1/256 px.
 fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
     let offset = i32::from(crossing.offset()?);
-    let x = 256 * (i32::from(crossing.x()) - i32::from(origin.0));
+    let x = 256 * (i32::from(crossing.x) - i32::from(origin.0));
     let y = 256 * (i32::from(crossing.y()) - i32::from(origin.1));
     Some(match crossing.axis() {
         Axis::Row => (x + offset, y),
@@ -82,9 +83,12 @@ struct Step {
     farthest: f32,
 }
 
-/// One step from `shape` with the points nearer to it than `limit` px.
-fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, limit: f32) -> Result<Step, Reject> {
-    let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
+/// One step with the points nearer to the ellipse than `limit` px.
+fn adjust(
+    mut adjustment: Adjustment,
+    points: impl Iterator<Item = (f32, f32)>,
+    limit: f32,
+) -> Result<Step, Reject> {
     let (mut sectors, mut farthest) = (0u32, 0.0f32);
     for (x, y) in points {
         let point = adjustment.view(x, y);

@@ -119,8 +119,8 @@ fn assemble(
         Compensation::None => plain,
         Compensation::Eq7 => eq7,
         Compensation::Exact => exact,
-        Compensation::Known => known.map_or(exact, |known| known.centre),
         Compensation::Auto => auto,
+        Compensation::Known => known.map_or(exact, |known| known.centre),
     };
     let covariance = chosen.total_covariance(plane);
     let mut target = Target {

@@ -80,10 +80,10 @@ pub struct Args {
 enum Mode {
     /// The form of eq. (7) that holds under any perspective
     Exact,
-    /// With a known camera: the shapes of the ellipses tell the plane
-    Known,
     /// `exact` as far as the correction is significant against its noise
     Auto,
+    /// With a known camera: the shapes of the ellipses tell the plane
+    Known,
     /// Eq. (7) of Huo et al. 2013
     Eq7,
     /// The centre of the outer ellipse
@@ -94,8 +94,8 @@ impl From<Mode> for Compensation {
     fn from(mode: Mode) -> Self {
         match mode {
             Mode::Exact => Self::Exact,
-            Mode::Known => Self::Known,
             Mode::Auto => Self::Auto,
+            Mode::Known => Self::Known,
             Mode::Eq7 => Self::Eq7,
             Mode::None => Self::None,
         }

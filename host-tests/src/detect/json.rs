@@ -63,8 +63,8 @@ struct DroppedEntry {
 }
 
 /// The line for `picture`, its end included. Lengths in px, `cov` in px^2, `theta` in radians, `gap` in degrees,
-/// contrast and noise in grey levels, `ms` in milliseconds. `normal` (unit, towards the camera, in camera axes) is there with
-/// a camera, `coplanar` (on the plane of the others) where a plane was asked for.
+/// contrast and noise in grey levels, `ms` in milliseconds. `normal` (unit, towards the camera, in camera axes) is there
+/// with a camera, `coplanar` (on the plane of the others) where a plane was asked for.
 ///
 /// # Errors
 /// None that a caller can cause.
