@@ -83,6 +83,7 @@ impl Distortion {
     }
 
     /// The place that distortion moves to `distorted` (Newton's method). `None` if there is none.
+    #[inline(never)]
     fn undo(&self, (x, y): (f32, f32)) -> Option<(f32, f32)> {
         let mut at = (x, y);
         for _ in 0..20 {

@@ -83,8 +83,8 @@ impl Plane {
 /// itself; centres of one plane are correlated by what they share of the line's covariance. Order and number of the targets
 /// do not change, and `eq7` and `exact` stay those of each target alone.
 ///
-/// Source: as for the pole of the vanishing line in Hartley and Zisserman 2004, "Multiple View Geometry", result 2.13; the
-/// estimate is least squares. Work: about 30 passes over the circles.
+/// Source of pole and polar: Hartley and Zisserman 2004, "Multiple View Geometry in Computer Vision", section 2.8.1; the
+/// estimate is weighted least squares. Work: about 32 passes over the circles.
 ///
 /// # Errors
 /// [`PoolError`]; the targets are then unchanged.

@@ -15,7 +15,7 @@
 //! 3. `candidate`: closed ellipses, which lie in which ([`Reject`]).
 //! 4. `edge`: levels under one illumination plane, blur, edge points in 1/256 px.
 //! 5. `fit`: exact integer sums, a 5 x 5 system, one geometric step; ellipses with covariance.
-//! 6. [`centre`]: eq. (7), the exact form, the conic pencil; covariance of the centre.
+//! 6. [`centre`]: eq. (7), the exact form, the conic pencil, the plane seen by a known [`Camera`]; covariance of the centre.
 //! 7. [`Target`]s out; [`report`]: the bytes that a head sends for a frame.
 //!
 //! # Conventions

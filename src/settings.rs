@@ -107,8 +107,9 @@ pub enum Compensation {
     /// centre it is up to 10 % worse than `Exact`.
     Auto,
     /// With a known camera ([`Settings::camera`]): the shapes of the ellipses tell the plane of the target, and with it the
-    /// centre at less than half the noise. Where they contradict the camera it is the exact form's centre, and the target has
-    /// no normal.
+    /// centre at less than half the noise. The covariance holds for a camera that is right: a focal length that is off by a
+    /// share moves the centre by that share of the eccentricity. Where the ellipses contradict the camera beyond their noise,
+    /// the centre is the exact form's, and the target has no normal.
     Known,
 }
 
@@ -251,10 +252,11 @@ pub(crate) mod limits {
     /// Below this inner semi-minor axis or gap the flag `SMALL` is set, px.
     pub const FLAG_SMALL: f32 = 4.0;
     /// Mean squared residual of a target's ellipses under the camera, in units of their variance, above which they
-    /// contradict it: 3 standard deviations in the mean of four or more.
-    pub const CAMERA_MISFIT: f32 = 9.0;
-    /// The same above which the covariance grows with it: chance alone exceeds it in 1 % of targets with two circles.
-    pub const CAMERA_INFLATION: f32 = 3.3;
+    /// contradict it: chance alone does that to one target with two circles in 10,000, even where the noise is 10 % above
+    /// what the residuals tell.
+    pub const CAMERA_MISFIT: f32 = 7.0;
+    /// The same above which the covariance grows with it: chance alone exceeds it in 5 %.
+    pub const CAMERA_INFLATION: f32 = 2.4;
     /// Poles of a target farther apart than this many standard deviations do not belong to the plane of the others.
     pub const PLANE_SIGMAS: f32 = 5.0;
     /// Mean squared distance of the poles, in units of their variance, above which there is no plane: 5 standard deviations.

@@ -1,4 +1,6 @@
 //! Lens distortion about a place, in differences, so that `f32` keeps all digits of them.
+//!
+//! Nothing here is inlined: heads without a camera link it too.
 
 use super::{Camera, Distortion, divide};
 use crate::target::{Covariance, Position};
@@ -20,6 +22,7 @@ pub(crate) struct Local {
 
 impl Local {
     /// `None` where the distortion folds the image.
+    #[inline(never)]
     pub fn new(camera: &Camera, place: Position) -> Option<Self> {
         let at = camera.distortion.undo(camera.within(place)?)?;
         let slope = camera.distortion.slope(at);
@@ -33,11 +36,12 @@ impl Local {
     }
 
     /// The place itself without distortion, from the principal point, undistorted px.
-    pub fn from_principal_point(&self) -> (f32, f32) {
+    pub fn off_axis(&self) -> (f32, f32) {
         (self.camera.fx * self.at.0, self.camera.fy * self.at.1)
     }
 
     /// How far from the place, px, the image shows what is `(dx, dy)` undistorted px from it.
+    #[inline(never)]
     pub fn distort(&self, (dx, dy): (f32, f32)) -> (f32, f32) {
         let Camera { fx, fy, .. } = self.camera;
         let (x, y) = self.difference((dx / fx, dy / fy));
@@ -45,6 +49,7 @@ impl Local {
     }
 
     /// The inverse of [`distort`](Self::distort); `None` where the distortion folds the image.
+    #[inline(never)]
     pub fn undistort(&self, (dx, dy): (f32, f32)) -> Option<(f32, f32)> {
         let Camera { fx, fy, .. } = self.camera;
         let wanted = (dx / fx, dy / fy);

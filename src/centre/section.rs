@@ -5,7 +5,8 @@ use super::Real;
 /// A place p is on the plane's vanishing line where `l.(p - c) + 1 = 0`; in the frame that is `s.q + 1 = 0` with `l = L's`.
 /// The pole of that line, `-s`, is the true centre of a circle that is imaged as the ellipse. On that line the conic
 /// `q'q - 1` must be a multiple of the image of the absolute conic, which is `q'G q + 2 g.q + m` here: two equations for
-/// s, of second order, with two solutions.
+/// s, of second order, with two solutions (Kanatani and Liu 1993, "3D interpretation of conics and orthogonality", CVGIP:
+/// Image Underst. 58(3); there by the eigenvectors of the cone, which f32 cannot tell apart for a small circle).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight<T> {
     /// L^-1 = ((e0, e1), (0, e2)), px.
@@ -88,8 +89,9 @@ impl<T: Real> Sight<T> {
         (two * self.mean - two * (self.g.0 * x + self.g.1 * y) + self.m * square) / (two - square)
     }
 
-    /// The two planes (they coincide for a circle seen from the front). Exact; the pair of equations is closed up to the
-    /// factor, whose influence is of the order of (radius / distance)^2.
+    /// The two planes (they coincide for a circle seen from the front). Exact: the factor between the conics, whose
+    /// influence is of the order of (radius / distance)^2, is iterated. In f32 within 1e-5 px for semi-major axes up to 100 px
+    /// and tilts of 10 degrees or more (`one_of_the_sections_is_the_plane`).
     pub fn sections(&self) -> [Section<T>; 2] {
         [T::from(1.0), T::from(-1.0)].map(|sign| {
             let mut factor = self.mean;

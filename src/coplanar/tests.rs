@@ -165,7 +165,7 @@ fn half_the_noise_with_an_honest_sigma() {
                 count += 2.0;
             }
         }
-        let (ratio, sigma) = ((pooled / single as f64).sqrt(), (normalised / count as f64).sqrt());
+        let (ratio, sigma) = (f64::sqrt(pooled / single), f64::sqrt(normalised / count));
         println!(
             "58 targets, tilt {}: {ratio:.3} of the noise of each by itself, over sigma {sigma:.3}",
             board.tilt
@@ -190,7 +190,7 @@ fn two_targets_share_a_little() {
         }
     }
     // (0.82^2 + (1.92^2 - 0.82^2) / 2)^0.5 / 1.92 = 0.77.
-    let ratio = (pooled / single as f64).sqrt();
+    let ratio = f64::sqrt(pooled / single);
     assert!((0.7..0.84).contains(&ratio), "{ratio}");
 }
 
@@ -220,7 +220,7 @@ fn targets_off_the_plane_are_left_as_they_were() {
             clean += error(&all[i], &seen[i]).0.powi(2);
         }
     }
-    assert!((rms / clean as f64).sqrt() < 1.1);
+    assert!(f64::sqrt(rms / clean) < 1.1);
 }
 
 #[test]

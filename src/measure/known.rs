@@ -37,6 +37,7 @@ pub(super) struct Known {
 /// The two planes that an ellipse leaves are both tried, and the one between them, which is the limit of both where the
 /// stretch is lost in noise. The result is their mean, weighted by how well each fits, with the distances between them in
 /// its covariance. The illumination plane moves the outer ellipse with the variance `plane`, px^2.
+#[inline(never)]
 pub(super) fn known(circles: &FittedList, lens: &Local, plane: f32) -> Option<Known> {
     let view = View::new(circles, lens, plane)?;
     let outer = view.observe(circles.first()?)?;
@@ -100,7 +101,7 @@ impl<'c> View<'c> {
     fn new(circles: &'c FittedList, lens: &Local, plane: f32) -> Option<Self> {
         let (fx, fy) = lens.camera().focal_lengths();
         let aspect = fx / fy;
-        let (x, y) = lens.from_principal_point();
+        let (x, y) = lens.off_axis();
         let outer = circles.first()?.adjusted.shape;
         Some(Self {
             circles,

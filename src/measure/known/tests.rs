@@ -187,11 +187,11 @@ fn less_than_half_the_noise_and_an_honest_sigma() {
                 s.none
             );
             std::println!("{what}");
-            assert_eq!(s.none, 0, "{what}");
-            // From the front of a large target the true plane is where it is looked for: better than can be expected.
+            assert!(s.none <= 3, "{what}");
+            // Exactly from the front the truth is the mean of the two planes: better than can be expected.
             assert!((0.82..1.13).contains(&s.normalised), "{what}");
             assert!(s.known < 1.04 * s.exact, "{what}");
-            // The correction of small targets is within 5 standard deviations, that of the largest is known by itself.
+            // The eccentricity of the smallest is below 5 standard deviations; the perspective of the largest tells its plane.
             if tilt >= 20.0 && scene.radius > 10.0 {
                 let limit = if scene.radius > 60.0 && tilt < 45.0 { 0.55 } else { 0.47 };
                 assert!(s.known < limit * s.exact && s.wrong == 0, "{what}");
@@ -234,8 +234,8 @@ fn without_noise_only_rounding_is_left() {
 fn a_wrong_camera_is_noticed() {
     let scene = Scene { tilt: 45.0, ..scenes()[3] };
     let good = trials(&scene, EDGE, 50, 1000.0);
-    let off = trials(&scene, EDGE, 50, 1010.0);
-    assert!(off.known > 2.0 * good.known && off.none < 50, "{off:?}");
+    let off = trials(&scene, EDGE, 50, 1004.0);
+    assert!(off.known > 2.0 * good.known && off.none < 25, "{off:?}");
     let wrong = trials(&scene, EDGE, 50, 1300.0);
     assert_eq!(wrong.none, 50, "{wrong:?}");
 }
