@@ -4,6 +4,10 @@ use crate::render::{Artwork, Camera, Photometry, Pose, Scene, Shading, Target};
 
 /// Distance of every target, mm.
 const DISTANCE: f64 = 800.0;
+/// Targets in a row of a board.
+const COLUMNS: u32 = 10;
+/// From target to target on a board, in outer radii.
+const SPACING: f64 = 3.2;
 /// Free paper around a target, px.
 const MARGIN: f64 = 48.0;
 /// How often each scene is seen in other noise: the mean of these shows what is systematic.
@@ -41,6 +45,8 @@ pub struct Cell {
     pub place: [f64; 2],
     /// Radial lens distortion.
     pub k1: f64,
+    /// Targets on the plane: one, or a board of them.
+    pub targets: u32,
     /// How often each scene is seen in other noise.
     pub draws: u32,
     /// What share of the frames of other cells it gets: one in `share`.
@@ -64,6 +70,7 @@ impl Default for Cell {
             f: 2580.0,
             place: [0.0, 0.0],
             k1: 0.0,
+            targets: 1,
             draws: DRAWS,
             share: 1,
         }
@@ -92,6 +99,7 @@ impl Cell {
         add("x", self.place[0], base.place[0]);
         add("y", self.place[1], base.place[1]);
         add("k1", self.k1, base.k1);
+        add("targets", f64::from(self.targets), f64::from(base.targets));
         label
     }
 
@@ -118,6 +126,7 @@ impl Cell {
             && self.gamma == 1.0
             && self.gain == 1.0
             && self.k1 == 0.0
+            && self.targets == 1
     }
 
     /// Scenes that show it in at least `frames` frames, or its share of these.
@@ -140,11 +149,14 @@ impl Cell {
 
     /// One of the scenes: direction of the tilt, place within the pixel and direction of the light go over their ranges
     /// without a pattern (Roberts 2018, "The unreasonable effectiveness of quasirandom sequences"). The frame is cut
-    /// out round the target.
+    /// out round the target, or the board.
     pub fn scene(&self, index: u32) -> Scene {
         let start = (self.seed() >> 40) as f64 / f64::from(1 << 24);
         let turn = |power: i32| (start + f64::from(index) * 1.167_303_978_261_418_7f64.powi(-power)).fract();
-        let half = (1.2 * self.radius + MARGIN).ceil();
+        let rows = self.targets.div_ceil(COLUMNS);
+        let offset = |i: u32, count: u32| (f64::from(i) - (f64::from(count.min(self.targets)) - 1.0) / 2.0) * SPACING;
+        let farthest = offset(0, COLUMNS).hypot(offset(0, rows));
+        let half = ((1.2 + farthest) * self.radius + MARGIN).ceil();
         let mut camera = Camera::new(2 * half as u32, 2 * half as u32, self.f);
         let [x, y] = [half + turn(1) - 0.5, half + turn(2) - 0.5];
         (camera.cx, camera.cy) = (half - self.place[0], half - self.place[1]);
@@ -153,7 +165,9 @@ impl Cell {
         let radius = self.radius * DISTANCE / self.f;
         let mut scene = Scene::empty(camera);
         let artwork = Artwork::annulus(radius, radius * self.ratio);
-        scene.targets.push(Target { artwork, pose, at: [0.0, 0.0] });
+        let at = |i: u32| [offset(i % COLUMNS, COLUMNS) * radius, offset(i / COLUMNS, rows) * radius];
+        scene.targets =
+            (0..self.targets).map(|i| Target { artwork: artwork.clone(), pose, at: at(i) }).collect();
         scene.photometry = Photometry {
             blur: self.psf,
             black: self.black,
@@ -183,6 +197,48 @@ mod tests {
         let cell =
             Cell { slice: "light", radius: 12.5, shading: 0.3, place: [500.0, 0.0], ..Cell::default() };
         assert_eq!(cell.name(), "light: R12.5 w45 shading 0.3 x 500");
+    }
+
+    /// The goals are for targets that can be measured well at all: each limit leaves out what is just beyond it.
+    #[test]
+    fn the_range_ends_where_it_should() {
+        let base = Cell::default();
+        let edge = [
+            Cell { radius: 16.0, tilt: 60.0, ..base.clone() },
+            Cell { ratio: 0.8, ..base.clone() },
+            Cell { psf: 0.4, ..base.clone() },
+            Cell { psf: 1.5, ..base.clone() },
+            Cell { contrast: 40.0, noise: 3.0, ..base.clone() },
+            Cell { shading: 0.3, ..base.clone() },
+        ];
+        assert!(edge.iter().all(Cell::in_range));
+        let beyond = [
+            Cell { radius: 9.0, tilt: 0.0, ..base.clone() },
+            // Inner semi-minor axis, and gap, below 4 px.
+            Cell { radius: 15.0, tilt: 60.0, ..base.clone() },
+            Cell { ratio: 0.85, ..base.clone() },
+            Cell { tilt: 61.0, ..base.clone() },
+            Cell { psf: 0.39, ..base.clone() },
+            Cell { psf: 1.6, ..base.clone() },
+            Cell { contrast: 39.0, ..base.clone() },
+            Cell { contrast: 40.0, noise: 3.1, ..base.clone() },
+            Cell { noise: 12.0, ..base.clone() },
+            Cell { shading: 0.31, ..base.clone() },
+            Cell { gain: 1.5, ..base.clone() },
+            Cell { gamma: 1.8, ..base.clone() },
+            Cell { k1: -0.3, ..base.clone() },
+        ];
+        assert!(beyond.iter().all(|cell| !cell.in_range()));
+    }
+
+    #[test]
+    fn boards_lie_inside_their_frames() {
+        let cell = Cell { radius: 26.0, targets: 58, ..Cell::default() };
+        for index in 0..8 {
+            let targets = cell.scene(index).truth(0).targets;
+            assert_eq!(targets.len(), 58);
+            assert!(targets.iter().all(|target| target.complete));
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::{
 /// The columns. Lengths in px, root mean squares of one coordinate; tilt in degrees, levels in grey levels. `systematic` is
 /// empty where each scene is seen once, all figures where the target was never found.
 pub const HEADER: &str = "slice,cell,method,in_range,radius,tilt,ratio,psf,black,contrast,noise,shading,gamma,gain,f,x,y,k1,\
-                          frames,found,false,clipped,eccentricity,bound,rms,rms_95,systematic,bias,drift,reported,\
+                          targets,frames,found,false,clipped,refined,eccentricity,bound,rms,rms_95,systematic,bias,drift,reported,\
                           over_sigma,inside_95\n";
 
 /// The whole study.
@@ -28,7 +28,7 @@ pub fn text(study: &Study) -> Result<String> {
 }
 
 fn record(outcome: &Outcome, method: &str) -> Vec<String> {
-    let Cell { radius, tilt, ratio, psf, black, contrast, noise, shading, gamma, gain, f, place, k1, .. } =
+    let Cell { radius, tilt, ratio, psf, black, contrast, noise, shading, gamma, gain, f, place, k1, targets, .. } =
         outcome.cell;
     let figures = outcome.figures(method);
     let mut record: Vec<String> =
@@ -38,8 +38,9 @@ fn record(outcome: &Outcome, method: &str) -> Vec<String> {
     let condition =
         [radius, tilt, ratio, psf, black, contrast, noise, shading, gamma, gain, f, place[0], place[1], k1];
     record.extend(condition.map(|value| value.to_string()));
+    record.push(targets.to_string());
     let found = figures.map_or(0, |figures| figures.found);
-    let counts = [outcome.samples().count(), found, outcome.wrong(), outcome.flagged(Flags::CLIPPED)];
+    let counts = [outcome.samples().count(), found, outcome.wrong(), outcome.flagged(method, Flags::CLIPPED), outcome.flagged(method, Flags::REFINED)];
     record.extend(counts.map(|count| count.to_string()));
     record.push(format!("{:.6}", outcome.eccentricity()));
     record.extend(columns(figures, least(outcome, method)));

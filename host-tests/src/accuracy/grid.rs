@@ -6,11 +6,13 @@ use super::cell::Cell;
 const LITTLE_NOISE: f64 = 0.5;
 /// Draws of each scene with little noise.
 const MANY: u32 = 20;
+/// Longest focal length that the library takes, px.
+const LONGEST: f64 = concentric::Camera::MAX_FOCAL as f64;
 /// Scale of the pooled set, px per mm: focal length over distance.
 const SCALE: f64 = 2580.0 / 800.0;
 
 /// The slices in the order of the tables, with what is varied in each.
-pub const SLICES: [(&str, &str); 13] = [
+pub const SLICES: [(&str, &str); 14] = [
     ("size", "Outer semi-major axis R (px) and tilt w (degrees)"),
     ("blur", "Point spread function of the lens, standard deviation (px)"),
     ("noise", "Contrast and noise (grey levels)"),
@@ -24,6 +26,7 @@ pub const SLICES: [(&str, &str); 13] = [
     ("phase", "Error against the place within the pixel, in little noise"),
     ("risk", "Eccentricity from nothing to ten standard deviations, by the focal length"),
     ("pooled", "The pooled set: outer radii 10 to 60 mm at 800 mm, contrast 190, blur 0.8 px"),
+    ("board", "58 targets on one plane"),
 ];
 /// The slices over which the goals for a range of conditions are taken.
 pub const RANGE: [&str; 7] = ["size", "blur", "noise", "shading", "ratio", "place", "corner"];
@@ -65,6 +68,7 @@ impl Extent {
             ("phase", self.phase()),
             ("risk", self.risk()),
             ("pooled", self.pooled()),
+            ("board", self.board()),
         ] {
             cells.extend(slice.into_iter().map(|cell| Cell { slice: name, ..cell }));
         }
@@ -182,8 +186,8 @@ impl Extent {
         );
         let cell = |multiple: f64| {
             let (sin, cos) = tilt.to_radians().sin_cos();
-            // Eccentricity = R^2 sin cos / f; a focal length of 10^7 px leaves none.
-            let f = (radius * radius * sin * cos / (multiple * sigma)).min(1e7).round();
+            // Eccentricity = R^2 sin cos / f; the longest focal length leaves next to none.
+            let f = (radius * radius * sin * cos / (multiple * sigma)).min(LONGEST).round();
             Cell { radius, tilt, f, ..Cell::default() }
         };
         multiples.into_iter().map(cell).collect()
@@ -205,6 +209,12 @@ impl Extent {
         };
         let set = |noise: f64| pairs(&radii, &tilts, |radius, tilt| cell(radius, tilt, noise));
         self.pick(&[0.0, 1.0, 2.0, 5.0], &[0.0, 2.0]).into_iter().flat_map(set).collect()
+    }
+
+    fn board(self) -> Vec<Cell> {
+        let tilts = self.pick(&[20.0, 40.0, 55.0], &[40.0]);
+        let cell = |tilt: f64| Cell { radius: 26.0, tilt, targets: 58, draws: 1, share: 15, ..Cell::default() };
+        tilts.into_iter().map(cell).collect()
     }
 }
 

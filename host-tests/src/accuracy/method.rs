@@ -1,40 +1,103 @@
 //! The ways to a centre that the study compares.
 
 use anyhow::Result;
-use concentric::{Compensation, Position, Settings, Target, TargetSpec};
+use concentric::{
+    Camera, Compensation, Distortion, Image, Position, Settings, Target, TargetSpec, coplanar::pool,
+    refine::polish,
+};
 use glam::DMat2;
 
 use super::{bound::Bounds, cell::Cell};
+use crate::render;
 
 /// How the library is asked; every way is run once a frame and serves several methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Run {
-    /// The ratio of the radii is given.
-    Given(Compensation),
-    /// It is measured.
-    Measured(Compensation),
+pub struct Run {
+    /// The form of the centre.
+    pub compensation: Compensation,
+    /// What it is told.
+    pub told: Told,
+    /// What comes after.
+    pub after: After,
+}
+
+/// What the library is told besides the form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// Nothing: the ratio of the radii is measured.
+    Nothing,
+    /// The ratio of the radii.
+    Ratio,
+    /// The ratio and the camera.
+    Camera,
+}
+
+/// What is done with the targets of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum After {
+    /// Nothing.
+    Rows,
+    /// Each is refined on the pixels; it stays as it was where that fails.
+    Refined,
+    /// Those of a board share the correction.
+    Pooled,
 }
 
 impl Run {
     /// All of them.
-    pub const ALL: [Self; 4] = [
-        Self::Given(Compensation::Exact),
-        Self::Given(Compensation::None),
-        Self::Given(Compensation::Auto),
-        Self::Measured(Compensation::Exact),
+    pub const ALL: [Self; 9] = [
+        Self::EXACT,
+        Self { compensation: Compensation::None, ..Self::EXACT },
+        Self { compensation: Compensation::Auto, ..Self::EXACT },
+        Self { told: Told::Nothing, ..Self::EXACT },
+        Self { told: Told::Camera, ..Self::EXACT },
+        Self::KNOWN,
+        Self { after: After::Refined, ..Self::EXACT },
+        Self { after: After::Refined, ..Self::KNOWN },
+        Self { after: After::Pooled, ..Self::EXACT },
     ];
+    const EXACT: Self = Self { compensation: Compensation::Exact, told: Told::Ratio, after: After::Rows };
+    const KNOWN: Self = Self { compensation: Compensation::Known, told: Told::Camera, after: After::Rows };
+
+    /// Whether it makes sense for this cell.
+    pub fn concerns(self, cell: &Cell) -> bool {
+        self.after != After::Pooled || cell.targets > 1
+    }
 
     /// What the library is told.
     ///
     /// # Errors
-    /// A ratio that the library refuses.
-    pub fn settings(self, cell: &Cell) -> Result<Settings> {
-        let (spec, compensation) = match self {
-            Self::Given(compensation) => (TargetSpec::ring(cell.ratio as f32)?, compensation),
-            Self::Measured(compensation) => (TargetSpec::any(), compensation),
+    /// A ratio or a camera that the library refuses.
+    pub fn settings(self, cell: &Cell, lens: &render::Camera) -> Result<Settings> {
+        let spec = match self.told {
+            Told::Nothing => TargetSpec::any(),
+            Told::Ratio | Told::Camera => TargetSpec::ring(cell.ratio as f32)?,
         };
-        Ok(Settings::new(spec).compensation(compensation))
+        let settings = Settings::new(spec).compensation(self.compensation);
+        Ok(if self.told == Told::Camera { settings.camera(camera(lens)?) } else { settings })
     }
+
+    /// What comes after the targets of a frame were found.
+    ///
+    /// # Errors
+    /// Targets of a board that share no plane.
+    pub fn finish(self, targets: &mut [Target], settings: &Settings, image: &Image) -> Result<()> {
+        match self.after {
+            After::Rows => {}
+            // Whether it is refined is among its flags.
+            After::Refined => targets.iter_mut().for_each(|target| _ = polish(image, settings, target)),
+            After::Pooled => _ = pool(targets, settings.camera.as_ref())?,
+        }
+        Ok(())
+    }
+}
+
+/// The camera of a scene as the library takes it.
+fn camera(lens: &render::Camera) -> Result<Camera> {
+    let [f, cx, cy] = [lens.f, lens.cx, lens.cy].map(|value| value as f32);
+    let d = lens.distortion;
+    let [k1, k2, p1, p2] = [d.k1, d.k2, d.p1, d.p2].map(|k| k as f32);
+    Ok(Camera::new(f, f, cx, cy)?.distortion(Distortion { k1, k2, p1, p2, k3: 0.0 })?)
 }
 
 /// A way to a centre.
@@ -50,39 +113,29 @@ pub struct Method {
     pub bound: fn(&Bounds) -> DMat2,
 }
 
-/// The method that the goals are set for.
+impl Method {
+    /// With the bound of the exact form.
+    const fn new(name: &'static str, run: usize) -> Self {
+        Self { name, run: Run::ALL[run], centre: |target| target.centre, bound: |bounds| bounds.centre }
+    }
+}
+
+/// The method that the goals are set for, ...
 pub const MAIN: &str = "exact";
+/// ... and the same after the refinement.
+pub const REFINED: &str = "refined";
 
 /// Every method, in the order of the tables. Eq. (7) has the covariance of the exact form: they differ by far less.
-pub const METHODS: [Method; 5] = [
-    Method {
-        name: "none",
-        run: Run::Given(Compensation::None),
-        centre: |target| target.centre,
-        bound: |bounds| bounds.outer,
-    },
-    Method {
-        name: "eq7",
-        run: Run::Given(Compensation::Exact),
-        centre: |target| target.eq7,
-        bound: |bounds| bounds.centre,
-    },
-    Method {
-        name: MAIN,
-        run: Run::Given(Compensation::Exact),
-        centre: |target| target.centre,
-        bound: |bounds| bounds.centre,
-    },
-    Method {
-        name: "auto",
-        run: Run::Given(Compensation::Auto),
-        centre: |target| target.centre,
-        bound: |bounds| bounds.centre,
-    },
-    Method {
-        name: "exact-any",
-        run: Run::Measured(Compensation::Exact),
-        centre: |target| target.centre,
-        bound: |bounds| bounds.centre,
-    },
+/// `pooled` is only for boards, and is compared with the bound of a target by itself.
+pub const METHODS: [Method; 10] = [
+    Method { bound: |bounds| bounds.outer, ..Method::new("none", 1) },
+    Method { centre: |target| target.eq7, ..Method::new("eq7", 0) },
+    Method::new(MAIN, 0),
+    Method::new(REFINED, 6),
+    Method::new("auto", 2),
+    Method::new("exact-any", 3),
+    Method::new("undistorted", 4),
+    Method { bound: |bounds| bounds.known, ..Method::new("known", 5) },
+    Method { bound: |bounds| bounds.known, ..Method::new("known-refined", 7) },
+    Method::new("pooled", 8),
 ];

@@ -1,7 +1,7 @@
 //! Frames through the library, on all processors. The result does not depend on how many there are.
 
 use anyhow::{Context, Result, ensure};
-use concentric::{Detector, Flags, Settings, Storage, Target};
+use concentric::{Detector, Flags, Image, Settings, Storage, Target};
 use glam::{DMat2, DVec2};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
@@ -10,6 +10,7 @@ use super::{
     bound::Bounds,
     cell::Cell,
     method::{METHODS, Method, Run},
+    study::index,
 };
 use crate::{
     measure::px,
@@ -30,6 +31,8 @@ pub struct Estimate {
     pub normalised: f64,
     /// Reported variance of one coordinate, px^2.
     pub reported: f64,
+    /// Of the target.
+    pub flags: Flags,
 }
 
 /// What came of one frame.
@@ -37,13 +40,11 @@ pub struct Estimate {
 pub struct Sample {
     /// By method; `None` where the target was not found.
     pub estimates: [Option<Estimate>; METHODS.len()],
-    /// Flags of the target, in the first run.
-    pub flags: Flags,
-    /// Targets that are none, in all runs.
+    /// Targets that are none in this frame, in all runs; counted with the first target of a board.
     pub wrong: usize,
 }
 
-/// A scene in several draws of the noise.
+/// A target of a scene in several draws of the noise.
 #[derive(Clone, Debug)]
 pub struct Group {
     /// Least covariances, px^2, by method.
@@ -63,7 +64,7 @@ pub struct Group {
 pub struct Outcome {
     /// The condition.
     pub cell: Cell,
-    /// Its scenes.
+    /// The targets of its scenes.
     pub groups: Vec<Group>,
 }
 
@@ -83,9 +84,10 @@ impl Outcome {
         self.samples().map(|sample| sample.wrong).sum()
     }
 
-    /// Frames in which the target carries `flag`.
-    pub fn flagged(&self, flag: Flags) -> usize {
-        self.samples().filter(|sample| sample.flags.contains(flag)).count()
+    /// Frames in which the target of this method carries `flag`.
+    pub fn flagged(&self, method: &str, flag: Flags) -> usize {
+        let Some(method) = index(method) else { return 0 };
+        self.samples().filter_map(|sample| sample.estimates[method]).filter(|e| e.flags.contains(flag)).count()
     }
 }
 
@@ -100,40 +102,58 @@ pub fn run(cells: &[Cell], frames: u32, progress: &ProgressBar) -> Result<Vec<Ou
     let mut groups = jobs
         .par_iter()
         .map_init(Memory::default, |memory, &(cell, scene)| {
-            let group = group(cell, scene, memory).with_context(|| cell.name());
+            let groups = groups(cell, scene, memory).with_context(|| cell.name());
             progress.inc(u64::from(cell.draws));
-            group
+            groups
         })
         .collect::<Result<Vec<_>>>()?
-        .into_iter();
+        .into_iter()
+        .flatten();
     let outcome = |cell: &Cell| Outcome {
         cell: cell.clone(),
-        groups: groups.by_ref().take(cell.scenes(frames) as usize).collect(),
+        groups: groups.by_ref().take((cell.scenes(frames) * cell.targets) as usize).collect(),
     };
     Ok(cells.iter().map(outcome).collect())
 }
 
-fn group(cell: &Cell, index: u32, memory: &mut Memory) -> Result<Group> {
+/// The targets of a scene, each in all draws.
+fn groups(cell: &Cell, index: u32, memory: &mut Memory) -> Result<Vec<Group>> {
     let scene = cell.scene(index);
     scene.validate()?;
-    let truth = scene.truth(0).targets.remove(0);
-    ensure!(truth.complete, "the target does not lie inside the frame");
-    let bounds = Bounds::new(&truth, &scene.camera, &scene.photometry, &|_| true)
-        .context("too little of the target is visible")?;
+    let truths = scene.truth(0).targets;
+    let mut groups = truths.iter().map(|truth| empty(&scene, truth)).collect::<Result<Vec<_>>>()?;
     let levels = scene.levels();
-    let settings = Run::ALL.into_iter().map(|run| run.settings(cell)).collect::<Result<Vec<_>>>()?;
-    let samples = (0..cell.draws).map(|draw| {
+    let runs: Vec<_> = Run::ALL.into_iter().filter(|run| run.concerns(cell)).collect();
+    for draw in 0..cell.draws {
         let pixels = scene.photometry.digitise(&levels.values, cell.noise_seed(index, draw));
-        let seen = settings.iter().map(|&settings| detect(&pixels, levels.width, settings, memory));
-        Ok(sample(&seen.collect::<Result<Vec<_>>>()?, &truth))
-    });
+        let image = Image::new(&pixels, u16::try_from(levels.width)?, u16::try_from(levels.height)?)?;
+        let mut seen = Vec::new();
+        for &run in &runs {
+            let settings = run.settings(cell, &scene.camera)?;
+            let mut targets = detect(&pixels, image.size(), settings, memory)?;
+            run.finish(&mut targets, &settings, &image)?;
+            seen.push((run, targets));
+        }
+        let mut samples: Vec<_> = truths.iter().map(|truth| sample(&seen, truth)).collect();
+        let wrong = seen.iter().map(|(_, targets)| wrong(targets, &truths)).sum();
+        samples.iter_mut().take(1).for_each(|sample| sample.wrong = wrong);
+        groups.iter_mut().zip(samples).for_each(|(group, sample)| group.samples.push(sample));
+    }
+    Ok(groups)
+}
+
+/// A target of a scene before it was seen.
+fn empty(scene: &Scene, truth: &TargetTruth) -> Result<Group> {
+    ensure!(truth.complete, "a target does not lie inside the frame");
+    let bounds = Bounds::new(truth, &scene.camera, &scene.photometry, &|_| true)
+        .context("too little of a target is visible")?;
     let outer = truth.circles[0].ellipse;
     Ok(Group {
         bounds: METHODS.map(|method| (method.bound)(&bounds)),
         eccentricity: DVec2::new(truth.x - outer.x, truth.y - outer.y).length(),
         phase: DVec2::new(truth.x - truth.x.round(), truth.y - truth.y.round()),
-        axis: axis(&scene, &truth),
-        samples: samples.collect::<Result<Vec<_>>>()?,
+        axis: axis(scene, truth),
+        samples: Vec::new(),
     })
 }
 
@@ -143,39 +163,42 @@ fn axis(scene: &Scene, truth: &TargetTruth) -> DVec2 {
 }
 
 /// The targets of a frame, through the row interface.
-fn detect(pixels: &[u8], width: usize, settings: Settings, memory: &mut Memory) -> Result<Vec<Target>> {
-    let height = u16::try_from(pixels.len() / width)?;
+fn detect(pixels: &[u8], size: (u16, u16), settings: Settings, memory: &mut Memory) -> Result<Vec<Target>> {
+    let (width, height) = size;
     let mut detector = Detector::new(settings, memory);
-    let mut scan = detector.begin(u16::try_from(width)?, height)?;
+    let mut scan = detector.begin(width, height)?;
     let mut targets = Vec::new();
-    for row in pixels.chunks_exact(width) {
+    for row in pixels.chunks_exact(usize::from(width)) {
         targets.extend(scan.push_row(row)?);
     }
     targets.extend(scan.finish()?);
     Ok(targets)
 }
 
+fn distance(target: &Target, truth: &TargetTruth) -> f64 {
+    (DVec2::from(px(target.centre)) - DVec2::new(truth.x, truth.y)).length()
+}
+
+/// Targets that are none.
+fn wrong(targets: &[Target], truths: &[TargetTruth]) -> usize {
+    let right =
+        |truth: &&TargetTruth| targets.iter().any(|target| distance(target, truth) < NEAR);
+    targets.len().saturating_sub(truths.iter().filter(right).count())
+}
+
 /// Compares the targets of each run with the truth.
-fn sample(seen: &[Vec<Target>], truth: &TargetTruth) -> Sample {
+fn sample(seen: &[(Run, Vec<Target>)], truth: &TargetTruth) -> Sample {
     let place = DVec2::new(truth.x, truth.y);
-    let off = |target: &Target| (DVec2::from(px(target.centre)) - place).length();
-    let nearest = |targets: &Vec<Target>| {
-        let near = targets.iter().filter(|target| off(target) < NEAR);
-        near.min_by(|a, b| off(a).total_cmp(&off(b))).cloned()
-    };
-    let found: Vec<_> = seen.iter().map(nearest).collect();
     let estimate = |method: Method| {
-        let run = Run::ALL.iter().position(|run| *run == method.run)?;
-        let target = found.get(run)?.as_ref()?;
+        let (_, targets) = seen.iter().find(|(run, _)| *run == method.run)?;
+        let near = targets.iter().filter(|target| distance(target, truth) < NEAR);
+        let target = near.min_by(|a, b| distance(a, truth).total_cmp(&distance(b, truth)))?;
         let error = DVec2::from(px((method.centre)(target))) - place;
         let covariance = target.covariance;
         let [xx, xy, yy] = [covariance.xx, covariance.xy, covariance.yy].map(f64::from);
-        let reported = DMat2::from_cols_array(&[xx, xy, xy, yy]);
-        Some(Estimate { error, normalised: error.dot(reported.inverse() * error), reported: (xx + yy) / 2.0 })
+        let matrix = DMat2::from_cols_array(&[xx, xy, xy, yy]);
+        let normalised = error.dot(matrix.inverse() * error);
+        Some(Estimate { error, normalised, reported: (xx + yy) / 2.0, flags: target.flags })
     };
-    Sample {
-        estimates: METHODS.map(estimate),
-        flags: found.first().and_then(|found| found.as_ref()).map_or(Flags::default(), |target| target.flags),
-        wrong: seen.iter().zip(&found).map(|(all, found)| all.len() - usize::from(found.is_some())).sum(),
-    }
+    Sample { estimates: METHODS.map(estimate), wrong: 0 }
 }

@@ -143,8 +143,8 @@ mod tests {
             let fixed = axis * shift + own * DVec2::new(normal(), normal());
             let samples = (0..10).map(|_| {
                 let error = fixed + DVec2::new(normal(), normal());
-                let estimate = Estimate { error, normalised: error.length_squared(), reported: 1.0 };
-                Sample { estimates: [Some(estimate); METHODS.len()], flags: Flags::default(), wrong: 0 }
+                let estimate = Estimate { error, normalised: error.length_squared(), reported: 1.0, flags: Flags::default() };
+                Sample { estimates: [Some(estimate); METHODS.len()], wrong: 0 }
             });
             let bounds = [DMat2::IDENTITY * 0.25; METHODS.len()];
             groups.push(Group {

@@ -206,7 +206,7 @@ fn distortion(study: &Study) -> Option<Goal> {
 fn clipping(study: &Study) -> Option<Goal> {
     let cells: Vec<_> = study.slice("gain").collect();
     let frames: usize = cells.iter().map(|outcome| outcome.samples().count()).sum();
-    let flagged: usize = cells.iter().map(|outcome| outcome.flagged(Flags::CLIPPED)).sum();
+    let flagged: usize = cells.iter().map(|outcome| outcome.flagged(MAIN, Flags::CLIPPED)).sum();
     (frames > 0).then(|| {
         let measured = format!("{flagged} of {frames}");
         Goal::new("overexposed by 1.5 or more: flagged as clipped", "always", measured, flagged == frames)
