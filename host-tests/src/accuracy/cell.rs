@@ -154,7 +154,8 @@ impl Cell {
         let start = (self.seed() >> 40) as f64 / f64::from(1 << 24);
         let turn = |power: i32| (start + f64::from(index) * 1.167_303_978_261_418_7f64.powi(-power)).fract();
         let rows = self.targets.div_ceil(COLUMNS);
-        let offset = |i: u32, count: u32| (f64::from(i) - (f64::from(count.min(self.targets)) - 1.0) / 2.0) * SPACING;
+        let offset =
+            |i: u32, count: u32| (f64::from(i) - (f64::from(count.min(self.targets)) - 1.0) / 2.0) * SPACING;
         let farthest = offset(0, COLUMNS).hypot(offset(0, rows));
         let half = ((1.2 + farthest) * self.radius + MARGIN).ceil();
         let mut camera = Camera::new(2 * half as u32, 2 * half as u32, self.f);

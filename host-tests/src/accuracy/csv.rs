@@ -28,8 +28,23 @@ pub fn text(study: &Study) -> Result<String> {
 }
 
 fn record(outcome: &Outcome, method: &str) -> Vec<String> {
-    let Cell { radius, tilt, ratio, psf, black, contrast, noise, shading, gamma, gain, f, place, k1, targets, .. } =
-        outcome.cell;
+    let Cell {
+        radius,
+        tilt,
+        ratio,
+        psf,
+        black,
+        contrast,
+        noise,
+        shading,
+        gamma,
+        gain,
+        f,
+        place,
+        k1,
+        targets,
+        ..
+    } = outcome.cell;
     let figures = outcome.figures(method);
     let mut record: Vec<String> =
         [outcome.cell.slice, &outcome.cell.label(), method, &outcome.cell.in_range().to_string()]
@@ -40,7 +55,13 @@ fn record(outcome: &Outcome, method: &str) -> Vec<String> {
     record.extend(condition.map(|value| value.to_string()));
     record.push(targets.to_string());
     let found = figures.map_or(0, |figures| figures.found);
-    let counts = [outcome.samples().count(), found, outcome.wrong(), outcome.flagged(method, Flags::CLIPPED), outcome.flagged(method, Flags::REFINED)];
+    let counts = [
+        outcome.samples().count(),
+        found,
+        outcome.wrong(),
+        outcome.flagged(method, Flags::CLIPPED),
+        outcome.flagged(method, Flags::REFINED),
+    ];
     record.extend(counts.map(|count| count.to_string()));
     record.push(format!("{:.6}", outcome.eccentricity()));
     record.extend(columns(figures, least(outcome, method)));

@@ -213,7 +213,8 @@ impl Extent {
 
     fn board(self) -> Vec<Cell> {
         let tilts = self.pick(&[20.0, 40.0, 55.0], &[40.0]);
-        let cell = |tilt: f64| Cell { radius: 26.0, tilt, targets: 58, draws: 1, share: 15, ..Cell::default() };
+        let cell =
+            |tilt: f64| Cell { radius: 26.0, tilt, targets: 58, draws: 1, share: 15, ..Cell::default() };
         tilts.into_iter().map(cell).collect()
     }
 }

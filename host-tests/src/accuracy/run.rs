@@ -87,7 +87,10 @@ impl Outcome {
     /// Frames in which the target of this method carries `flag`.
     pub fn flagged(&self, method: &str, flag: Flags) -> usize {
         let Some(method) = index(method) else { return 0 };
-        self.samples().filter_map(|sample| sample.estimates[method]).filter(|e| e.flags.contains(flag)).count()
+        self.samples()
+            .filter_map(|sample| sample.estimates[method])
+            .filter(|e| e.flags.contains(flag))
+            .count()
     }
 }
 
@@ -181,8 +184,7 @@ fn distance(target: &Target, truth: &TargetTruth) -> f64 {
 
 /// Targets that are none.
 fn wrong(targets: &[Target], truths: &[TargetTruth]) -> usize {
-    let right =
-        |truth: &&TargetTruth| targets.iter().any(|target| distance(target, truth) < NEAR);
+    let right = |truth: &&TargetTruth| targets.iter().any(|target| distance(target, truth) < NEAR);
     targets.len().saturating_sub(truths.iter().filter(right).count())
 }
 

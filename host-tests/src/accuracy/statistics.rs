@@ -92,6 +92,11 @@ impl Figures {
         self.rms / self.bound
     }
 
+    /// Length of the mean error that noise alone leaves in 95 of 100 studies.
+    pub fn mean_spread(&self) -> f64 {
+        self.rms * (IN_95 / self.found as f64).sqrt()
+    }
+
     /// Half width of the 95 % confidence interval of [`Figures::ratio`].
     pub fn ratio_spread(&self) -> f64 {
         self.spread / self.bound
@@ -143,7 +148,12 @@ mod tests {
             let fixed = axis * shift + own * DVec2::new(normal(), normal());
             let samples = (0..10).map(|_| {
                 let error = fixed + DVec2::new(normal(), normal());
-                let estimate = Estimate { error, normalised: error.length_squared(), reported: 1.0, flags: Flags::default() };
+                let estimate = Estimate {
+                    error,
+                    normalised: error.length_squared(),
+                    reported: 1.0,
+                    flags: Flags::default(),
+                };
                 Sample { estimates: [Some(estimate); METHODS.len()], wrong: 0 }
             });
             let bounds = [DMat2::IDENTITY * 0.25; METHODS.len()];

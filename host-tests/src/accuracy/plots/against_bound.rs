@@ -4,7 +4,7 @@ use anyhow::Result;
 use plotters::prelude::*;
 
 use super::{Area, COLOURS, FAINT, SIZE, axes, bar, chart, legend, mpx, ticks};
-use crate::accuracy::{goals::WORST, grid::RANGE, method::MAIN, statistics::Figures, study::Study};
+use crate::accuracy::{goals::TIERS, grid::RANGE, method::MAIN, statistics::Figures, study::Study};
 
 /// Shift of a dot for each tilt, relative.
 const ASIDE: f64 = 0.012;
@@ -71,7 +71,7 @@ fn by_cell(study: &Study, area: &Area) -> Result<bool> {
         0.8..highest + 0.05,
     )?;
     axes(&mut chart, "bound, mpx", "RMS error / bound")?;
-    for (level, width) in [(1.0, 2), (WORST, 1)] {
+    for (level, width) in [(1.0, 2), (TIERS[0].worst, 1)] {
         chart.draw_series(LineSeries::new([(x.start, level), (x.end, level)], FAINT.stroke_width(width)))?;
     }
     for (slice, colour) in RANGE.into_iter().zip(COLOURS) {
