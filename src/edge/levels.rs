@@ -7,6 +7,9 @@ use crate::scan::{Crossing, Pool};
 
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
 const OUTLIER: f32 = 0.25;
+/// Standard deviation of the light's slope along either axis where a level is clipped, relative change over the outer
+/// semi-major axis: one sixth over the whole target.
+const CLIPPED_SLOPE: f32 = 1.0 / 12.0;
 /// Lightness that the levels of an edge are expected to have at the far samples before the near ones are asked.
 const CLEAR: f32 = 0.5;
 

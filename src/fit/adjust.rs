@@ -106,20 +106,17 @@ impl Adjustment {
     }
 }
 
-/// [`Adjusted::frame_covariance`]: the centre moves by minus half the last two terms.
-pub(crate) fn frame_covariance(factor: &Factor<5>, variance: f32) -> Matrix<4> {
-    let mut covariance = [[0.0; 4]; 4];
-    let terms = [(0, 1.0), (1, 1.0), (3, -0.5), (4, -0.5)];
-    for (j, (term, scale)) in terms.into_iter().enumerate() {
+/// Stretch and centre from the terms of the conic, as (index, factor): the centre moves by minus half the last two.
+pub(crate) const CENTRE_TERMS: [(usize, f32); 4] = [(0, 1.0), (1, 1.0), (3, -0.5), (4, -0.5)];
+
+/// [`Adjusted::frame_covariance`].
+fn frame_covariance(factor: &Factor<5>, variance: f32) -> Matrix<4> {
+    CENTRE_TERMS.map(|(term, scale)| {
         let mut unit = [0.0; 5];
         unit[term] = scale * variance;
-        let [a, b, _, d, e] = factor.solve(unit);
-        let column = [a, b, -0.5 * d, -0.5 * e];
-        for i in j..4 {
-            covariance[i][j] = column[i];
-        }
-    }
-    covariance
+        let solved = factor.solve(unit);
+        CENTRE_TERMS.map(|(term, scale)| scale * solved[term])
+    })
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ mod shape;
 mod solve;
 mod sums;
 
-pub(crate) use adjust::{Adjusted, Adjustment, frame_covariance};
+pub(crate) use adjust::{Adjusted, Adjustment, CENTRE_TERMS};
 pub(crate) use shape::{Frame, Shape};
 pub(crate) use solve::{Factor, Matrix};
 pub(crate) use sums::Sums;

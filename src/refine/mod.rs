@@ -35,6 +35,8 @@ const OUTLIER: f32 = 5.0;
 const TOLERATED: f32 = 0.08;
 /// Farthest that the centre may move, px: the edge points are better than that.
 const FARTHEST: f32 = 0.5;
+/// Lightness from that of a flat area up to which a pixel tells the levels at first.
+const FLAT: f32 = 0.15;
 /// Most that a step may change the blur, relative.
 const BLUR_STEP: f32 = 0.3;
 /// Range of the blur, px.
@@ -47,7 +49,7 @@ const BLUR: (f32, f32) = (0.2, 6.0);
 ///
 /// The centre's error falls to within some per cent of the Cramer-Rao bound, and the bias that whole-pixel samples leave
 /// to some hundred-thousandths of a pixel. The work is up to eight passes over the target's bounding box; the stack holds
-/// about 2 KiB for each circle.
+/// about 30 KiB.
 #[must_use]
 pub fn polish(image: &Image<'_>, settings: &Settings, target: &mut Target) -> bool {
     let Some(better) = polished(image, settings, target) else { return false };
@@ -63,13 +65,14 @@ fn polished(image: &Image<'_>, settings: &Settings, target: &Target) -> Option<T
     let mut limit = FOREIGN * model.contrast();
     for pass in 0..STEPS {
         let normals = window.normals(&model, noise, limit);
-        let (step, spreads) = normals.solve()?;
-        let moved = apply(&mut model, &step, window.size)?;
+        let factor = normals.factor()?;
+        let moved = apply(&mut model, &normals.step(&factor), window.size)?;
         let variance = normals.variance();
         noise = math::sqrt(normals.noise());
         limit = (OUTLIER * noise).max(TOLERATED * model.contrast()).min(FOREIGN * model.contrast());
         if moved < SETTLED || pass + 1 == STEPS {
-            return window.assemble(&model, settings, target, (&spreads, variance, noise));
+            let spread = |k| normals.spread(&factor, k);
+            return window.assemble(&model, settings, target, (&spread, variance, noise));
         }
     }
     None
@@ -93,8 +96,10 @@ fn start(window: &Window<'_>, settings: &Settings, target: &Target) -> Option<Mo
         outlines.push(outline).ok()?;
         inside = -inside;
     }
-    let count = outlines.len() as f32;
-    Some(Model { outlines, dark: dark / count, bright: bright / count, gx: 0.0, gy: 0.0, blur: target.blur })
+    // Near blurred edges the levels are not reached; the edge points know the contrast better.
+    let middle = 0.5 * (dark + bright) / outlines.len() as f32;
+    let (dark, bright) = (middle - 0.5 * target.contrast, middle + 0.5 * target.contrast);
+    Some(Model { outlines, dark, bright, gx: 0.0, gy: 0.0, blur: target.blur })
 }
 
 /// Adds the step. Returns how far it moves an outline at most, px.
@@ -184,7 +189,7 @@ impl<'i> Window<'i> {
         self.image.level(i32::from(x) + dx, i32::from(y) + dy)
     }
 
-    /// Levels and light from the pixels that no edge reaches; edges are only known to a tenth of a pixel yet.
+    /// Levels and light from the pixels that edges hardly reach; edges and blur are only known to a tenth of a pixel yet.
     fn find_levels(&self, model: &mut Model, noise: f32) -> Option<()> {
         // The first time without the light's slope, which is not known at all.
         for limit in [2.0 * FOREIGN, FOREIGN] {
@@ -193,12 +198,12 @@ impl<'i> Window<'i> {
             self.for_each(model, |pixel, place, expected| {
                 let residual = f32::from(pixel) - model.level(expected);
                 let seen = (1..255).contains(&pixel);
-                if expected.edges.is_empty() && seen && residual.abs() < limit * model.contrast() {
+                let flat = expected.lightness.min(1.0 - expected.lightness) < FLAT;
+                if flat && seen && residual.abs() < limit * model.contrast() {
                     normals.add(model, expected, place, residual);
                 }
             });
-            let (step, _) = normals.solve()?;
-            apply(model, &step, self.size)?;
+            apply(model, &normals.step(&normals.factor()?), self.size)?;
         }
         (model.contrast() > 4.0 * noise.min(2.0)).then_some(())
     }
@@ -241,11 +246,11 @@ impl<'i> Window<'i> {
         model: &Model,
         settings: &Settings,
         target: &Target,
-        (spreads, variance, noise): (&[Spread], f32, f32),
+        (spread, variance, noise): (&dyn Fn(usize) -> Spread, f32, f32),
     ) -> Option<Target> {
         let mut circles = FittedList::new();
-        for ((outline, spread), old) in model.outlines.iter().zip(spreads).zip(&target.circles) {
-            let fitted = fitted(outline, spread, variance, old);
+        for (k, (outline, old)) in model.outlines.iter().zip(&target.circles).enumerate() {
+            let fitted = fitted(outline, &spread(k), variance, old);
             let fitted = match circles.first() {
                 Some(outer) => {
                     let measured = concentric(outer, &fitted, self.image.size().0)?;
@@ -258,7 +263,7 @@ impl<'i> Window<'i> {
         }
         let contrast = model.contrast();
         let frame = model.outlines.first()?.frame;
-        let plane = frame.covariance(&spreads.first()?.shared.map(|row| row.map(|entry| entry * variance)));
+        let plane = frame.covariance(&spread(0).shared.map(|row| row.map(|entry| entry * variance)));
         let light = Light {
             contrast,
             noise,

@@ -1,35 +1,30 @@
-//! Normal equations of all outlines, the levels and the blur.
+//! Normal equations of all outlines, the levels and the blur together.
 //!
-//! Every outline has five unknowns of its own; what they share has five more. So the matrix is a row of 5 x 5 blocks on the
-//! diagonal with a border, and the border is eliminated last (Schur complement).
+//! Each outline has five unknowns of its own, the terms of its conic; what they share comes last, so that the leading part
+//! of the factor is that of the outlines alone.
 
 use super::model::{Expected, Model};
-use crate::fit::{Factor, Matrix, frame_covariance};
+use crate::fit::{CENTRE_TERMS, Factor, Matrix};
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
+const OWN: usize = 5;
+const OUTLINES: usize = OWN * MAX_CIRCLES;
 /// Dark, bright, the light's slopes in units of the target's size, logarithm of the blur.
-pub(super) const SHARED: usize = 5;
-
-/// Equations of one outline.
-#[derive(Clone, Copy, Debug, Default)]
-struct Block {
-    own: Matrix<5>,
-    /// Own rows, shared columns.
-    border: [[f32; SHARED]; 5],
-    right: [f32; 5],
-}
+const SHARED: usize = 5;
+const ALL: usize = OUTLINES + SHARED;
 
 #[derive(Clone, Debug)]
 pub(super) struct Normals {
-    blocks: Vec<Block, MAX_CIRCLES>,
-    shared: Matrix<SHARED>,
-    right: [f32; SHARED],
+    m: Matrix<ALL>,
+    right: [f32; ALL],
+    outlines: usize,
     /// 1 / the target's size, 1/px.
     scale: f32,
-    /// Squared residuals: of all pixels, and of those at edges weighted with their part in the outlines.
-    pub squares: f32,
-    pub pixels: f32,
+    /// Squared residuals of all pixels.
+    squares: f32,
+    pixels: f32,
+    /// Those at edges, weighted with their part in the outlines.
     edge_squares: f32,
     edge_weights: f32,
 }
@@ -37,7 +32,7 @@ pub(super) struct Normals {
 /// A step of every unknown.
 #[derive(Clone, Debug)]
 pub(super) struct Step {
-    pub own: Vec<[f32; 5], MAX_CIRCLES>,
+    pub own: Vec<[f32; OWN], MAX_CIRCLES>,
     pub shared: [f32; SHARED],
 }
 
@@ -45,23 +40,23 @@ pub(super) struct Step {
 /// levels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spread {
-    /// Of the outline by itself.
+    /// Where levels, light and blur are known.
     pub own: Matrix<4>,
-    /// What the shared unknowns add to it.
+    /// What it is more because they are measured too.
     pub shared: Matrix<4>,
 }
 
 impl Normals {
     pub fn new(outlines: usize, scale: f32) -> Self {
-        let mut blocks = Vec::new();
-        for _ in 0..outlines {
-            let _ = blocks.push(Block::default());
+        let mut m = [[0.0; ALL]; ALL];
+        // Unknowns of outlines that are not there.
+        for i in OWN * outlines..OUTLINES {
+            m[i][i] = 1.0;
         }
-        let shared = [[0.0; SHARED]; SHARED];
         Self {
-            blocks,
-            shared,
-            right: [0.0; SHARED],
+            m,
+            right: [0.0; ALL],
+            outlines,
             scale,
             squares: 0.0,
             pixels: 0.0,
@@ -73,9 +68,9 @@ impl Normals {
     /// What is known of the shared unknowns beforehand, with the weight of one pixel: keeps a level that is seen nowhere
     /// in bounds.
     pub fn add_prior(&mut self, contrast: f32) {
-        let weights = [1.0, 1.0, contrast * contrast, contrast * contrast, contrast * contrast];
-        for (i, weight) in weights.into_iter().enumerate() {
-            self.shared[i][i] += weight;
+        let square = contrast * contrast;
+        for (i, weight) in [1.0, 1.0, square, square, square].into_iter().enumerate() {
+            self.m[OUTLINES + i][OUTLINES + i] += weight;
         }
     }
 
@@ -91,26 +86,28 @@ impl Normals {
             level * y * self.scale,
             contrast * expected.by_blur,
         ];
-        for i in 0..SHARED {
-            for j in 0..SHARED {
-                self.shared[i][j] += shared[i] * shared[j];
-            }
-            self.right[i] += shared[i] * residual;
-        }
+        // Derivatives of the level in the order of the unknowns, without those that are zero.
+        let mut terms = Vec::<(usize, f32), ALL>::new();
         let mut weight = 0.0;
-        for edge in &expected.edges {
-            let Some(block) = self.blocks.get_mut(edge.outline) else { continue };
+        for edge in expected.edges.iter().filter(|edge| edge.outline < self.outlines) {
             let change = contrast * edge.change;
-            let (u, v) = (edge.u, edge.v);
-            let terms = [u * u - v * v, 2.0 * u * v, 1.0, u, v].map(|term| change * term);
-            for i in 0..5 {
-                for j in 0..5 {
-                    block.own[i][j] += terms[i] * terms[j];
-                    block.border[i][j] += terms[i] * shared[j];
-                }
-                block.right[i] += terms[i] * residual;
-            }
             weight += change * change;
+            let (u, v) = (edge.u, edge.v);
+            for (i, term) in [u * u - v * v, 2.0 * u * v, 1.0, u, v].into_iter().enumerate() {
+                let _ = terms.push((OWN * edge.outline + i, change * term));
+            }
+        }
+        for (i, term) in shared.into_iter().enumerate() {
+            let _ = terms.push((OUTLINES + i, term));
+        }
+        for (k, &(i, a)) in terms.iter().enumerate() {
+            let (Some(row), Some(right)) = (self.m.get_mut(i), self.right.get_mut(i)) else { continue };
+            for &(j, b) in terms.iter().take(k + 1) {
+                if let Some(entry) = row.get_mut(j) {
+                    *entry += a * b;
+                }
+            }
+            *right += a * residual;
         }
         self.squares += residual * residual;
         self.pixels += 1.0;
@@ -120,7 +117,7 @@ impl Normals {
 
     /// Variance of a pixel.
     pub fn noise(&self) -> f32 {
-        let free = self.pixels - (5 * self.blocks.len() + SHARED) as f32;
+        let free = self.pixels - (OWN * self.outlines + SHARED) as f32;
         self.squares / free.max(1.0)
     }
 
@@ -130,48 +127,36 @@ impl Normals {
         self.noise().max(edge)
     }
 
-    /// The solution with the covariances of the outlines' centres. `None` if the pixels do not determine it.
-    pub fn solve(&self) -> Option<(Step, Vec<Spread, MAX_CIRCLES>)> {
-        let mut schur = self.shared;
-        let mut right = self.right;
-        let mut factors = Vec::<(Factor<5>, [[f32; 5]; SHARED]), MAX_CIRCLES>::new();
-        for block in &self.blocks {
-            let factor = Factor::new(&block.own)?;
-            let column = |j: usize| core::array::from_fn(|i| block.border[i][j]);
-            // Columns of (own)^-1 border.
-            let solved: [[f32; 5]; SHARED] = core::array::from_fn(|j| factor.solve(column(j)));
-            for i in 0..SHARED {
-                for j in 0..SHARED {
-                    schur[i][j] -= (0..5).fold(0.0, |sum, k| sum + block.border[k][i] * solved[j][k]);
-                }
-                right[i] -= (0..5).fold(0.0, |sum, k| sum + solved[i][k] * block.right[k]);
-            }
-            factors.push((factor, solved)).ok()?;
-        }
-        let complement = Factor::new(&schur)?;
-        let shared = complement.solve(right);
-        let mut step = Step { own: Vec::new(), shared };
-        let mut spreads = Vec::new();
-        for (block, (factor, solved)) in self.blocks.iter().zip(&factors) {
-            let mut own = factor.solve(block.right);
-            for (i, own) in own.iter_mut().enumerate() {
-                *own -= (0..SHARED).fold(0.0, |sum, j| sum + solved[j][i] * shared[j]);
-            }
-            step.own.push(own).ok()?;
-            spreads
-                .push(Spread { own: frame_covariance(factor, 1.0), shared: shared_part(&complement, solved) })
-                .ok()?;
-        }
-        Some((step, spreads))
+    /// `None` if the pixels do not determine the unknowns.
+    pub fn factor(&self) -> Option<Factor<ALL>> {
+        Factor::new(&self.m)
     }
-}
 
-/// A centre moves by minus half of the last two terms.
-fn shared_part(complement: &Factor<SHARED>, solved: &[[f32; 5]; SHARED]) -> Matrix<4> {
-    let terms = [(0, 1.0), (1, 1.0), (3, -0.5), (4, -0.5)];
-    let rows: [[f32; SHARED]; 4] = terms.map(|(i, scale)| core::array::from_fn(|j| scale * solved[j][i]));
-    rows.map(|row| {
-        let spread = complement.solve(row);
-        rows.map(|other| other.iter().zip(spread).fold(0.0, |sum, (a, b)| sum + a * b))
-    })
+    /// The solution.
+    pub fn step(&self, factor: &Factor<ALL>) -> Step {
+        let solved = factor.solve(self.right);
+        let mut own = Vec::new();
+        for outline in solved.chunks_exact(OWN).take(self.outlines) {
+            let _ = own.push(core::array::from_fn(|i| outline.get(i).copied().unwrap_or(0.0)));
+        }
+        Step { own, shared: core::array::from_fn(|i| solved[OUTLINES + i]) }
+    }
+
+    /// Covariances of outline `k`.
+    pub fn spread(&self, factor: &Factor<ALL>, k: usize) -> Spread {
+        let rows = |solve: &dyn Fn([f32; ALL]) -> [f32; ALL]| -> Matrix<4> {
+            CENTRE_TERMS.map(|(term, scale)| {
+                let mut unit = [0.0; ALL];
+                if let Some(entry) = unit.get_mut(OWN * k + term) {
+                    *entry = scale;
+                }
+                let solved = solve(unit);
+                CENTRE_TERMS.map(|(term, scale)| scale * solved.get(OWN * k + term).copied().unwrap_or(0.0))
+            })
+        };
+        let own = rows(&|unit| factor.solve_first(unit, OUTLINES));
+        let all = rows(&|unit| factor.solve(unit));
+        let shared = core::array::from_fn(|i| core::array::from_fn(|j| all[i][j] - own[i][j]));
+        Spread { own, shared }
+    }
 }
