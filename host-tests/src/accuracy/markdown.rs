@@ -3,13 +3,14 @@
 use super::{
     goals::{Goal, goals},
     grid::SLICES,
-    method::MAIN,
+    method::{MAIN, REFINED},
     plots::Plot,
     run::Outcome,
+    statistics::Figures,
     study::Study,
 };
 
-const HEADER: [&str; 14] = [
+const HEADER: [&str; 19] = [
     "cell",
     "found",
     "frames",
@@ -18,18 +19,24 @@ const HEADER: [&str; 14] = [
     "eq. (7)",
     "exact",
     "auto",
+    "refined",
+    "known",
     "exact / bound",
+    "refined / bound",
     "systematic",
     "bias",
     "drift",
     "error / sigma",
     "in 95 %",
+    "refined error / sigma",
+    "refined in 95 %",
 ];
 
 const LEGEND: &str = "\
 RMS errors of one coordinate in mpx (1/1000 px). *bound*: the Cramer-Rao bound of eq. (7) and the exact form, for the
 contrast, light, noise, blur and shape of each frame; rounding to 8 bits counts as noise. *none*: the centre of the outer
-ellipse; *auto*: the exact form as far as its correction is significant. *exact / bound* with its 95 % confidence interval.
+ellipse; *auto*: the exact form as far as its correction is significant; *refined*: the exact form after the refinement on
+the pixels; *known*: the centre where the camera is given. Ratios to the bound have their 95 % confidence interval.
 *systematic*: the part of the exact form's error that is the same for every noise. *bias*, *drift*: length of its mean error,
 in the image and in directions of the light (or else of the tilt). *error / sigma*: its RMS error in units of the reported
 standard deviation. *in 95 %*: share inside the reported 95 % ellipse. Cells in brackets are outside the range for which
@@ -79,11 +86,12 @@ pub fn row(outcome: &Outcome) -> Vec<String> {
     let label = outcome.cell.label();
     let label = if outcome.cell.in_range() { label } else { format!("({label})") };
     let frames = outcome.samples().count().to_string();
-    let Some(exact) = outcome.figures(MAIN) else {
+    let (Some(exact), Some(refined)) = (outcome.figures(MAIN), outcome.figures(REFINED)) else {
         return [vec![label, "0".to_owned(), frames], vec![String::new(); HEADER.len() - 3]].concat();
     };
     let mpx = |px: f64| format!("{:.2}", 1000.0 * px);
     let rms = |method: &str| outcome.figures(method).map_or(String::new(), |figures| mpx(figures.rms));
+    let ratio = |figures: Figures| format!("{:.2} +- {:.2}", figures.ratio(), figures.ratio_spread());
     vec![
         label,
         exact.found.to_string(),
@@ -93,11 +101,16 @@ pub fn row(outcome: &Outcome) -> Vec<String> {
         rms("eq7"),
         mpx(exact.rms),
         rms("auto"),
-        format!("{:.2} +- {:.2}", exact.ratio(), exact.ratio_spread()),
+        mpx(refined.rms),
+        rms("known"),
+        ratio(exact),
+        ratio(refined),
         exact.systematic.map_or(String::new(), mpx),
         mpx(exact.bias),
         mpx(exact.drift),
         format!("{:.2}", exact.over_sigma),
         format!("{:.1}", 100.0 * exact.within),
+        format!("{:.2}", refined.over_sigma),
+        format!("{:.1}", 100.0 * refined.within),
     ]
 }

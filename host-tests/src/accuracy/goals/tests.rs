@@ -9,7 +9,7 @@ use super::{Goal, goals};
 use crate::accuracy::{
     cell::Cell,
     grid::Extent,
-    method::METHODS,
+    method::{METHODS, REFINED},
     run::{Estimate, Group, Outcome, Sample},
     study::Study,
 };
@@ -19,8 +19,8 @@ use crate::accuracy::{
 struct Fault {
     /// Of every error.
     factor: f64,
-    /// Of those of `Auto` once more.
-    auto: f64,
+    /// Of those of some methods once more.
+    method: (&'static str, f64),
     /// Along the axis, px, where the cell is `concerned`.
     shift: f64,
     concerned: fn(&Cell) -> bool,
@@ -32,17 +32,26 @@ struct Fault {
 
 const NONE: Fault = Fault {
     factor: 1.0,
-    auto: 1.0,
+    method: ("", 1.0),
     shift: 0.0,
     concerned: |_| true,
     sigma: 1.0,
     missed: false,
-    flags: Flags::CLIPPED,
+    flags: Flags(Flags::CLIPPED.0 | Flags::REFINED.0),
 };
 
 /// Bound of every cell, px: small enough for all goals, and smaller still with little noise.
 fn bound(cell: &Cell) -> f64 {
     if cell.noise < 1.0 { 1e-4 } else { 1e-3 }
+}
+
+/// Errors of a method as a share of those of the exact form.
+fn ideal(method: &str) -> f64 {
+    match method {
+        "known" | "known-refined" => 0.43,
+        "pooled" => 0.5,
+        _ => 1.0,
+    }
 }
 
 fn outcome(cell: Cell, fault: Fault) -> Outcome {
@@ -55,12 +64,19 @@ fn outcome(cell: Cell, fault: Fault) -> Outcome {
         let sample = |_| {
             let error = sigma * fault.factor * DVec2::new(normal(), normal()) + axis * shift;
             let reported = (sigma * fault.sigma).powi(2);
-            let estimate = Estimate { error, normalised: error.length_squared() / reported, reported };
-            let auto = Estimate { error: error * fault.auto, ..estimate };
+            let estimate = Estimate {
+                error,
+                normalised: error.length_squared() / reported,
+                reported,
+                flags: fault.flags,
+            };
             let found = !fault.missed || index > 0;
-            let estimates =
-                METHODS.map(|method| found.then_some(if method.name == "auto" { auto } else { estimate }));
-            Sample { estimates, flags: fault.flags, wrong: 0 }
+            let by_method = |name: &str| {
+                let factor = ideal(name) * if name == fault.method.0 { fault.method.1 } else { 1.0 };
+                Estimate { error: error * factor, ..estimate }
+            };
+            let estimates = METHODS.map(|method| found.then(|| by_method(method.name)));
+            Sample { estimates, wrong: 0 }
         };
         Group {
             bounds: [DMat2::IDENTITY * (sigma * sigma); METHODS.len()],
@@ -70,7 +86,7 @@ fn outcome(cell: Cell, fault: Fault) -> Outcome {
             samples: (0..cell.draws).map(sample).collect(),
         }
     };
-    let groups = (0..cell.scenes(500)).map(|index| group(index, &mut normal)).collect();
+    let groups = (0..cell.scenes(500) * cell.targets).map(|index| group(index, &mut normal)).collect();
     Outcome { cell, groups }
 }
 
@@ -89,24 +105,35 @@ fn assert_fails(fault: Fault, expected: &[&str]) {
 
 #[test]
 fn an_ideal_library_reaches_all() {
-    assert_eq!(goals_with(NONE).len(), 18);
+    assert_eq!(goals_with(NONE).len(), 28);
     assert_fails(NONE, &[]);
 }
 
 #[test]
 fn larger_errors_are_seen() {
+    let fault = Fault { factor: 1.04, sigma: 1.04, ..NONE };
+    assert_fails(fault, &["refined: RMS / bound, average", "refined: RMS / bound, worst"]);
     let fault = Fault { factor: 1.1, sigma: 1.1, ..NONE };
-    assert_fails(fault, &["average"]);
+    assert_fails(fault, &["average", "range, refined: RMS / bound, worst", "known camera"]);
     let fault = Fault { factor: 1.3, sigma: 1.3, ..NONE };
-    assert_fails(fault, &["average", "worst cell"]);
+    assert_fails(fault, &["average", "bound, worst cell", "known camera"]);
     // The goals for the pooled set are in px.
     let fault = Fault { factor: 10.0, sigma: 10.0, ..NONE };
-    assert_fails(fault, &["average", "worst cell", "noise 0:", "noise 1:", "noise 2:", "noise 5:"]);
+    let all =
+        ["average", "bound, worst cell", "known camera", "noise 0:", "noise 1:", "noise 2:", "noise 5:"];
+    assert_fails(fault, &[&all[..], &["streaming, largest"]].concat());
 }
 
 #[test]
-fn a_bad_choice_is_seen() {
-    assert_fails(Fault { auto: 1.15, ..NONE }, &["Auto"]);
+fn each_method_is_seen() {
+    let of = |method, factor| Fault { method: (method, factor), ..NONE };
+    assert_fails(of("auto", 1.15), &["Auto"]);
+    assert_fails(of("exact-any", 1.03), &["ratio not given"]);
+    assert_fails(of("known", 1.1), &["known camera"]);
+    assert_fails(of("known-refined", 1.1), &["known camera"]);
+    assert_fails(of("pooled", 1.1), &["one plane"]);
+    let spoilt = ["range, refined", "overexposed, shading"];
+    assert_fails(of(REFINED, 1.6), &spoilt);
 }
 
 #[test]
@@ -124,10 +151,12 @@ fn shifts_are_seen() {
     let plain =
         |cell: &Cell| cell.slice == "bias" && cell.shading == 0.0 && cell.gamma == 1.0 && cell.k1 == 0.0;
     assert_fails(shifted(plain), &["noise-free"]);
+    // A bias of a tenth of what the rows may leave.
+    assert_fails(Fault { shift: 0.1e-3, concerned: plain, ..NONE }, &["refined, mean"]);
 }
 
 #[test]
 fn missed_targets_and_flags_are_seen() {
-    assert_fails(Fault { missed: true, ..NONE }, &["found", "pooled"]);
-    assert_fails(Fault { flags: Flags::default(), ..NONE }, &["clipped"]);
+    assert_fails(Fault { missed: true, ..NONE }, &["targets found", "pooled set"]);
+    assert_fails(Fault { flags: Flags::default(), ..NONE }, &["clipped", "are refined"]);
 }
