@@ -252,6 +252,10 @@ impl Normals {
         let of_slopes = variance * scale * scale;
         let [_, _, xx, xy] = factor.solve([0.0, 0.0, of_slopes, 0.0]);
         let [_, _, _, yy] = factor.solve([0.0, 0.0, 0.0, of_slopes]);
+        let clipped = self.clipped > self.samples / 10;
+        // Where the scale ends the light may change unseen.
+        let unseen = if clipped { CLIPPED_SLOPE * CLIPPED_SLOPE * scale * scale } else { 0.0 };
+        let (xx, yy) = (xx + unseen, yy + unseen);
         Some(Levels {
             dark,
             bright,
@@ -259,7 +263,7 @@ impl Normals {
             gy: gy * scale,
             slopes: (xx, xy, yy),
             noise: math::sqrt(variance),
-            clipped: self.clipped > self.samples / 10,
+            clipped,
         })
     }
 }

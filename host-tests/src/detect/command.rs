@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::{Result, anyhow, bail, ensure};
 use clap::{Args as ClapArgs, ValueEnum};
-use concentric::{Compensation, Settings, TargetSpec, coplanar::pool};
+use concentric::{Compensation, Image, Settings, Target, TargetSpec, coplanar::pool, refine::polish};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Outcome, camera, csv, json, listing, run};
@@ -59,6 +59,12 @@ pub struct Args {
     /// Needs no camera, but a lens that distorts does. Targets that do not fit on the plane keep their own centres
     #[arg(long)]
     coplanar: bool,
+
+    /// Measure the targets again on the pixels: slower, at the limit of what the noise allows
+    ///
+    /// Targets that were measured so have the flag `refined`
+    #[arg(long)]
+    refine: bool,
 
     /// Print one JSON object per image and line
     #[arg(long, conflicts_with = "csv")]
@@ -181,6 +187,16 @@ fn one(
     let picture = Picture::read(image)?;
     settings.camera = args.camera.map(|given| given.of(&picture)).transpose()?;
     let mut outcome = run(&picture, settings)?;
+    if args.refine {
+        let left = refine(&picture, &settings, &mut outcome.targets)?;
+        if left > 0 {
+            let count = outcome.targets.len();
+            let name = image.display();
+            crate::cli::complain(&format!(
+                "{name}: --refine: {left} of {count} targets are left as they were found"
+            ));
+        }
+    }
     if args.coplanar {
         match pool(&mut outcome.targets, settings.camera.as_ref()) {
             Ok(plane) => outcome.plane = Some(plane),
@@ -192,6 +208,13 @@ fn one(
         Overlay { picture: &picture, outcome: &outcome, truth: &[] }.draw()?.save(path)?;
     }
     Ok((picture, outcome))
+}
+
+/// Returns how many targets could not be refined.
+fn refine(picture: &Picture, settings: &Settings, targets: &mut [Target]) -> Result<usize> {
+    let size = (u16::try_from(picture.width)?, u16::try_from(picture.height)?);
+    let image = Image::new(&picture.pixels, size.0, size.1)?;
+    Ok(targets.iter_mut().filter_map(|target| (!polish(&image, settings, target)).then_some(())).count())
 }
 
 fn progress(images: usize) -> ProgressBar {
@@ -274,6 +297,7 @@ mod tests {
             compensation: None,
             camera: None,
             coplanar: false,
+            refine: false,
             json: false,
             csv: false,
             overlay: Some("out/o.png".into()),
