@@ -161,7 +161,9 @@ impl Extent {
         });
         cells.extend(pairs(&radii, &[0.3], |radius, shading| Cell { radius, shading, ..little.clone() }));
         cells.extend(pairs(&[30.0], &[0.6, 2.2], |radius, gamma| Cell { radius, gamma, ..little.clone() }));
-        cells.extend(pairs(&[30.0, 60.0], &[-0.3], |radius, k1| Cell { radius, k1, ..little.clone() }));
+        // Where a short lens distorts much.
+        let aside = Cell { f: 1000.0, place: [-240.0, -190.0], ..little };
+        cells.extend(pairs(&[30.0, 60.0], &[-0.3], |radius, k1| Cell { radius, k1, ..aside.clone() }));
         cells
     }
 

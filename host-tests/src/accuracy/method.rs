@@ -50,7 +50,7 @@ impl Run {
         Self { compensation: Compensation::None, ..Self::EXACT },
         Self { compensation: Compensation::Auto, ..Self::EXACT },
         Self { told: Told::Nothing, ..Self::EXACT },
-        Self { told: Told::Camera, ..Self::EXACT },
+        Self { told: Told::Camera, after: After::Refined, ..Self::EXACT },
         Self::KNOWN,
         Self { after: After::Refined, ..Self::EXACT },
         Self { after: After::Refined, ..Self::KNOWN },
@@ -126,7 +126,7 @@ pub const MAIN: &str = "exact";
 pub const REFINED: &str = "refined";
 
 /// Every method, in the order of the tables. Eq. (7) has the covariance of the exact form: they differ by far less.
-/// `pooled` is only for boards, and is compared with the bound of a target by itself.
+/// `undistorted` is `refined` with the camera given. `pooled` is only for boards, and is compared with the bound of a target by itself.
 pub const METHODS: [Method; 10] = [
     Method { bound: |bounds| bounds.outer, ..Method::new("none", 1) },
     Method { centre: |target| target.eq7, ..Method::new("eq7", 0) },

@@ -12,6 +12,9 @@ pub const IN_95: f64 = 5.991_464_547_107_98;
 /// Half width of a 95 % confidence interval in standard deviations.
 const CONFIDENCE: f64 = 1.96;
 
+/// A normal value is larger by so many standard deviations in 5 of 100 cases.
+const ONE_SIDED: f64 = 1.645;
+
 /// The figures of one method in one condition. Lengths in px, root mean squares of one coordinate.
 #[derive(Clone, Copy, Debug)]
 pub struct Figures {
@@ -19,6 +22,8 @@ pub struct Figures {
     pub frames: usize,
     /// Frames in which the target was found.
     pub found: usize,
+    /// Scenes in which it was.
+    pub scenes: usize,
     /// The Cramer-Rao bound.
     pub bound: f64,
     /// Root mean square error.
@@ -81,6 +86,7 @@ impl Figures {
             bias: length([&|_, e| e.error.x, &|_, e| e.error.y]),
             drift: length([&|s, e| s.group.axis.dot(e.error), &|s, e| s.group.axis.perp_dot(e.error)]),
             systematic: systematic(&scenes),
+            scenes: scenes.len(),
             reported: average(&|_, e| e.reported).sqrt(),
             over_sigma: (average(&|_, e| e.normalised) / 2.0).sqrt(),
             within: average(&|_, e| f64::from(e.normalised <= IN_95)),
@@ -95,6 +101,14 @@ impl Figures {
     /// Length of the mean error that noise alone leaves in 95 of 100 studies.
     pub fn mean_spread(&self) -> f64 {
         self.rms * (IN_95 / self.found as f64).sqrt()
+    }
+
+    /// What noise alone makes of `systematic` in 95 of 100 studies at most. `None` where each scene is seen once.
+    pub fn feigned(&self) -> Option<f64> {
+        // The mean square of 2 `scenes` means of `draws` errors spreads by `1 / sqrt(scenes)`, relative.
+        let draws = self.found as f64 / self.scenes as f64;
+        let noise = self.rms.powi(2) - self.systematic?.powi(2);
+        Some((ONE_SIDED * noise / draws / (self.scenes as f64).sqrt()).max(0.0).sqrt())
     }
 
     /// Half width of the 95 % confidence interval of [`Figures::ratio`].
@@ -176,6 +190,7 @@ mod tests {
     #[test]
     fn pure_noise_is_told_as_such() {
         let figures = figures(0.0, 0.0);
+        assert!(figures.systematic < figures.feigned() && figures.feigned() < Some(0.1), "{figures:?}");
         assert_eq!((figures.frames, figures.found), (4000, 4000));
         assert!((figures.rms - 1.0).abs() < figures.spread && figures.spread < 0.025, "{figures:?}");
         assert!((figures.ratio() - 2.0 * figures.rms).abs() < 1e-12);

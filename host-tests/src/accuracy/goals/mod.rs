@@ -73,14 +73,15 @@ fn clipped(study: &Study) -> Option<Goal> {
     let flagged = |method: &str| -> usize {
         study.slice("gain").map(|outcome| outcome.flagged(method, Flags::CLIPPED)).sum()
     };
-    let frames: usize = study.slice("gain").map(|outcome| outcome.samples().count()).sum();
+    let found: usize =
+        study.slice("gain").filter_map(|outcome| outcome.figures(MAIN)).map(|figures| figures.found).sum();
     let [rows, refined] = [MAIN, REFINED].map(flagged);
-    (frames > 0).then(|| {
+    (found > 0).then(|| {
         Goal::new(
             "overexposed by 1.5 or more: flagged as clipped, streaming, refined",
             "always",
-            format!("{rows}, {refined} of {frames}"),
-            rows == frames && refined == frames,
+            format!("{rows}, {refined} of {found}"),
+            rows == found && refined == found,
         )
     })
 }
