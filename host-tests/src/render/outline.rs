@@ -66,6 +66,11 @@ pub struct Outline {
 }
 
 impl Outline {
+    /// The outline of these pieces.
+    pub fn new(pieces: Vec<Piece>) -> Self {
+        Self { pieces }
+    }
+
     /// The pieces in order.
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces
