@@ -49,6 +49,7 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+mod arcs;
 mod candidate;
 pub mod centre;
 mod detector;

@@ -218,13 +218,25 @@ pub(crate) mod limits {
     /// ... and what each px of semi-minor axis adds (lens distortion, print).
     pub const MAX_RMS_PER_AXIS: f32 = 0.004;
     /// Largest share of the outline without edge points, in sectors of 32: above it the ellipse is a guess.
-    pub const MAX_GAP: u32 = 10;
+    pub const MAX_GAP: u32 = 16;
     /// Share that sets the flag `OCCLUDED`.
     pub const FLAG_GAP: u32 = 3;
     /// Below this contrast the flag `LOW_CONTRAST` is set, grey levels.
     pub const FLAG_CONTRAST: f32 = 40.0;
     /// Below this inner semi-minor axis or gap the flag `SMALL` is set, px.
     pub const FLAG_SMALL: f32 = 4.0;
+    /// Searches for arcs in a frame: each costs up to about 50,000 instructions. What is broken beyond that is refused unsearched.
+    pub const MAX_SEARCHES: u16 = 64;
+    /// Fewest sectors of 32 in which a broken circle is seen where nothing else is known of it ...
+    pub const MIN_SEEN: u32 = 8;
+    /// ... and where one concentric with it is known.
+    pub const MIN_SEEN_AROUND: u32 = 5;
+    /// Largest ratio of the semi-axes of a broken circle: an arc of a steeper one cannot be told from a line.
+    pub const MAX_ASPECT: f32 = 6.0;
+    /// What the search adds to the distance of two centres where one of them is of a broken circle, px.
+    pub const ARC_CENTRE: f32 = 2.0;
+    /// An outline cut by the frame may have one in this many of all crossings that fit.
+    pub const CUT_SHARE: usize = 8;
     /// Residuals above this many RMS are outliers.
     pub const OUTLIER: f32 = 3.5;
 }

@@ -4,13 +4,17 @@
 //! 2. [`Sums::fit`]: trace-constrained algebraic fit, a 5 x 5 linear system in f32.
 //! 3. [`Adjustment`]: one reweighted Gauss-Newton step in the frame where that ellipse is the unit circle. It puts
 //!    geometric instead of algebraic weights on the points and gives residual and covariance.
+//!
+//! [`Rough`] is the algebraic fit in f32, for the search of arcs.
 
 mod adjust;
+mod rough;
 mod shape;
 mod solve;
 mod sums;
 
 pub(crate) use adjust::{Adjusted, Adjustment};
+pub(crate) use rough::Rough;
 pub(crate) use shape::{Frame, Shape};
 pub(crate) use solve::{Factor, Matrix};
 pub(crate) use sums::Sums;

@@ -93,6 +93,11 @@ impl<'s> Pool<'s> {
         Self { slots, touched: 0, free: NONE }
     }
 
+    /// Slots.
+    pub fn capacity(&self) -> usize {
+        self.slots.len()
+    }
+
     /// Most slots used at a time.
     pub fn used(&self) -> u16 {
         self.touched
@@ -136,6 +141,24 @@ impl<'s> Pool<'s> {
         }
         list.tail = other.tail;
         list.len += other.len;
+    }
+
+    /// Parts `list` into those that are `wanted` and the others, both in their order.
+    pub fn split(
+        &mut self,
+        list: CrossingList,
+        wanted: impl Fn(&Crossing) -> bool,
+    ) -> (CrossingList, CrossingList) {
+        let (mut yes, mut no) = (CrossingList::EMPTY, CrossingList::EMPTY);
+        let mut at = list.head;
+        for _ in 0..list.len {
+            let Some(crossing) = self.get_mut(at) else { break };
+            let next = crossing.next;
+            let into = if wanted(crossing) { &mut yes } else { &mut no };
+            self.append(into, CrossingList { head: at, tail: at, len: 1 });
+            at = next;
+        }
+        (yes, no)
     }
 
     /// Gives all of `list` back.

@@ -3,69 +3,20 @@
 //! Inner outlines close before the ones around them. A closed outline that is an ellipse waits, at the head of the chain
 //! of concentric ones inside it, until nothing that is still open can close around it.
 
+//!
+//! 1. [`Waiting`]: the chains, and what closes around or inside them.
+//! 2. [`broken`]: outlines that are no ellipse, but of which arcs of one are left.
+
+mod broken;
+mod waiting;
+
+pub(crate) use waiting::Waiting;
+
+use crate::arcs::{Arc, expected_crossings};
 use crate::fit::Shape;
-use crate::math;
 use crate::reject::Reject;
-use crate::scan::{NONE, Outline, Outlines, Scanner};
+use crate::scan::{Moments, Outline, Scanner};
 use crate::settings::limits;
-
-/// Outlines that wait for one around them: a list through [`Outline::next`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Waiting {
-    head: u16,
-}
-
-impl Waiting {
-    pub const EMPTY: Self = Self { head: NONE };
-
-    /// Takes a closed outline. An error is the reason why it is none of a target; its slot is then still in use.
-    pub fn add(&mut self, label: u16, scanner: &mut Scanner<'_>) -> Result<(), Reject> {
-        let outline = *scanner.outlines.get(label).ok_or(Reject::BufferFull)?;
-        let shape = shape(&outline)?;
-        let limit = Offset { width: scanner.width(), grid: limits::GRID_CENTRE };
-        let inner =
-            self.take_inner(|inner| concentric(&outline, &shape, inner, &limit), &mut scanner.outlines);
-        let ready = ready_row(&outline, scanner);
-        if let Some(outline) = scanner.outlines.get_mut(label) {
-            (outline.inner, outline.ready, outline.next) = (inner, ready, self.head);
-            self.head = label;
-        }
-        Ok(())
-    }
-
-    /// The head of a chain that nothing can close around any more after `rows` rows.
-    pub fn take_ready(&mut self, rows: u16, outlines: &mut Outlines<'_>) -> Option<u16> {
-        self.take(outlines, |_, outline| outline.ready <= rows)
-    }
-
-    /// Takes the largest waiting outline that is `concentric`.
-    fn take_inner(&mut self, concentric: impl Fn(&Outline) -> bool, outlines: &mut Outlines<'_>) -> u16 {
-        let (mut at, mut best, mut area) = (self.head, NONE, 0);
-        while let Some(inner) = outlines.get(at) {
-            if inner.moments.area.abs() > area && concentric(inner) {
-                (best, area) = (at, inner.moments.area.abs());
-            }
-            at = inner.next;
-        }
-        self.take(outlines, |label, _| label == best).unwrap_or(NONE)
-    }
-
-    /// Takes the first outline out of the list for which `wanted` holds.
-    fn take(&mut self, outlines: &mut Outlines<'_>, wanted: impl Fn(u16, &Outline) -> bool) -> Option<u16> {
-        let (mut before, mut at) = (NONE, self.head);
-        while let Some(outline) = outlines.get(at).copied() {
-            if wanted(at, &outline) {
-                match outlines.get_mut(before) {
-                    Some(before) => before.next = outline.next,
-                    None => self.head = outline.next,
-                }
-                return Some(at);
-            }
-            (before, at) = (at, outline.next);
-        }
-        None
-    }
-}
 
 /// The pixel about which an outline is calculated: the middle of its bounding box.
 pub(crate) fn origin(outline: &Outline) -> (u16, u16) {
@@ -74,6 +25,9 @@ pub(crate) fn origin(outline: &Outline) -> (u16, u16) {
 
 /// The ellipse with the outline's moments, about [`origin`].
 pub(crate) fn shape(outline: &Outline) -> Result<Shape, Reject> {
+    if outline.partial {
+        return moments_shape(outline);
+    }
     if outline.cut {
         return Err(Reject::CutByFrame);
     }
@@ -83,6 +37,21 @@ pub(crate) fn shape(outline: &Outline) -> Result<Shape, Reject> {
     if outline.lossy {
         return Err(Reject::BufferFull);
     }
+    let shape = moments_shape(outline)?;
+    let (a, b) = shape.semi_axes();
+    let excess = (outline.moments.area.abs() as f32 / (core::f32::consts::PI * a * b) - 1.0).abs();
+    if !(excess <= limits::AREA_TOLERANCE + limits::AREA_TOLERANCE_GRID / b) {
+        return Err(Reject::NotElliptic);
+    }
+    // Far fewer crossings than a circle has: its border is the threshold's, not an edge.
+    if f32::from(outline.crossings.len()) < 0.5 * expected_crossings(a, b) {
+        return Err(Reject::LowContrast);
+    }
+    Ok(shape)
+}
+
+/// The ellipse of any outline's moments, about [`origin`].
+fn moments_shape(outline: &Outline) -> Result<Shape, Reject> {
     let (ox, oy) = origin(outline);
     let (ox, oy) = (i64::from(ox), i64::from(oy));
     let m = &outline.moments;
@@ -93,23 +62,25 @@ pub(crate) fn shape(outline: &Outline) -> Result<Shape, Reject> {
     let mxx = mean(m.xx - 2 * ox * m.x + ox * ox * m.area) - cx * cx + 1.0 / 12.0;
     let myy = mean(m.yy - 2 * oy * m.y + oy * oy * m.area) - cy * cy + 1.0 / 12.0;
     let mxy = mean(m.xy - ox * m.y - oy * m.x + ox * oy * m.area) - cx * cy;
-    let shape = Shape::from_moments(cx, cy, mxx, mxy, myy).ok_or(Reject::NotElliptic)?;
-    let (a, b) = shape.semi_axes();
-    let excess = (area.abs() / (core::f32::consts::PI * a * b) - 1.0).abs();
-    if !(excess <= limits::AREA_TOLERANCE + limits::AREA_TOLERANCE_GRID / b) {
-        return Err(Reject::NotElliptic);
-    }
-    // Far fewer crossings than a circle has: its border is the threshold's, not an edge.
-    let expected = 4.0 * math::sqrt(a * b);
-    if f32::from(outline.crossings.len()) < 0.5 * expected {
-        return Err(Reject::LowContrast);
-    }
-    Ok(shape)
+    Shape::from_moments(cx, cy, mxx, mxy, myy).ok_or(Reject::NotElliptic)
 }
 
-/// Whether `inner`, closed before, can be a concentric circle inside `outline`.
-fn concentric(outline: &Outline, shape: &Shape, inner: &Outline, offset: &Offset) -> bool {
-    if !outline.surrounds(inner) || inner.bottom > outline.bottom {
+/// Makes the outline that of `arc` about `about`: from here on it counts as a whole ellipse.
+fn set_arc(outline: &mut Outline, arc: &Arc, about: (u16, u16)) {
+    let Arc { shape, dark_inside } = arc;
+    let (half_x, half_y) = shape.extent();
+    let place = |origin: u16, offset: f32| (f32::from(origin) + offset).clamp(0.0, f32::from(u16::MAX)) as u16;
+    (outline.left, outline.right) = (place(about.0, shape.cx - half_x), place(about.0, shape.cx + half_x + 1.0));
+    (outline.top, outline.bottom) = (place(about.1, shape.cy - half_y), place(about.1, shape.cy + half_y));
+    outline.moments = Moments::of_ellipse(&shape, about, *dark_inside);
+    outline.partial = true;
+}
+
+/// Whether `inner` can be a concentric circle inside `outline`, in a frame of this width.
+fn concentric(outline: &Outline, shape: &Shape, inner: &Outline, width: u16) -> bool {
+    let partial = outline.partial || inner.partial;
+    let inside = outline.surrounds(inner) && inner.bottom <= outline.bottom;
+    if !partial && !inside {
         return false;
     }
     let (ox, oy) = origin(outline);
@@ -117,8 +88,9 @@ fn concentric(outline: &Outline, shape: &Shape, inner: &Outline, offset: &Offset
     let from = |sum: i64, origin: u16| (sum - i64::from(origin) * inner.moments.area) as f32 / area;
     let (dx, dy) = (from(inner.moments.x, ox) - shape.cx, from(inner.moments.y, oy) - shape.cy);
     let area_ratio = (area / outline.moments.area as f32).abs();
-    let limit = offset.limit(shape.semi_axes(), area_ratio);
-    shape.square(dx, dy) <= limit * limit
+    let grid = if partial { limits::ARC_CENTRE } else { limits::GRID_CENTRE };
+    let limit = Offset { width, grid }.limit(shape.semi_axes(), area_ratio);
+    area_ratio < 1.0 && shape.square(dx, dy) <= limit * limit
 }
 
 /// How far apart the ellipse centres of concentric circles can be.
@@ -142,13 +114,13 @@ impl Offset {
 fn ready_row(inner: &Outline, scanner: &Scanner<'_>) -> u16 {
     let middle = |first: u16, last: u16| i32::from(first) + i32::from(last);
     let (cx, cy) = (middle(inner.left, inner.right), middle(inner.top, inner.bottom));
-    let mut ready = 0;
+    // What is left of a broken outline may close beside it until then.
+    let mut ready = if inner.partial { i32::from(inner.bottom) + 4 } else { 0 };
     for transition in scanner.last_transitions() {
         let Some(outline) = scanner.outlines.get(transition.label) else { continue };
         let width = i32::from(outline.width());
         let aside = (middle(outline.left, outline.right) - cx).abs();
-        if outline.cut
-            || outline.lossy
+        if outline.lossy
             || !outline.surrounds(inner)
             || width > limits::MAX_GROWTH * i32::from(inner.width())
             || aside > width / 2

@@ -1,0 +1,223 @@
+//! Outlines that are no ellipse: the arcs of circles in them.
+
+use super::{Waiting, origin, set_arc, shape};
+use crate::arcs::{self, Arc, Points};
+use crate::reject::Reject;
+use crate::scan::{CrossingList, NONE, Outline, Scanner};
+use crate::settings::limits;
+use heapless::Vec;
+
+/// Most arcs taken out of one outline.
+const MAX_ARCS: usize = 4;
+/// Most waiting outlines whose circles are looked for in another one.
+const MAX_ANCHORS: usize = 4;
+/// Most open outlines that are searched for what is around a waiting one.
+const MAX_OPEN: usize = 3;
+/// Fewest crossings of an outline in which any arc is looked for, and in which one concentric with a known circle is.
+const MIN_CROSSINGS: u16 = 20;
+const MIN_CROSSINGS_AROUND: u16 = 12;
+/// Largest radius of a circle around a known one, in units of that.
+const MAX_RADIUS: f32 = 11.0;
+/// Ratio of the areas of two arcs above which they can be of the same circle, and distance of their centres in units of it.
+const SAME_AREA: f32 = 0.7;
+const SAME_CENTRE: f32 = 0.3;
+/// Share of two arcs' points that must lie on their common ellipse.
+const SAME_SHARE: f32 = 0.8;
+
+/// Whether an outline that was refused for `cause` can have arcs of circles.
+pub(super) fn is_worth_a_search(outline: &Outline, cause: Reject) -> bool {
+    matches!(cause, Reject::NotElliptic | Reject::CutByFrame)
+        && !outline.lossy
+        && outline.crossings.len() >= MIN_CROSSINGS
+        && outline.width().min(outline.height()) >= limits::MIN_EXTENT
+}
+
+/// Takes the arcs of the outline as outlines of their own, the first in its slot. `false`, and the outline is as it was, if
+/// there are none.
+pub(super) fn add(label: u16, waiting: &mut Waiting, scanner: &mut Scanner<'_>) -> bool {
+    let Some(outline) = scanner.outlines.get_mut(label) else { return false };
+    let mut list = core::mem::replace(&mut outline.crossings, CrossingList::EMPTY);
+    let outline = *outline;
+    let about = origin(&outline);
+    let mut anchors = anchors(&outline, waiting, scanner);
+    let (mut found, mut slot) = (0, label);
+    while found < MAX_ARCS {
+        let Some((arc, taken)) = next_arc(&mut list, &anchors, found == 0, about, scanner) else { break };
+        found += 1;
+        let _ = anchors.insert(0, arc);
+        if !join(&arc, taken, about, waiting, scanner) {
+            let label = if slot == NONE { scanner.open_outline() } else { core::mem::replace(&mut slot, NONE) };
+            place(label, &arc, taken, (about, outline.cut), scanner);
+            waiting.insert(label, scanner);
+        }
+    }
+    if found == 0 {
+        if let Some(outline) = scanner.outlines.get_mut(label) {
+            outline.crossings = list;
+        }
+        return false;
+    }
+    scanner.pool.free(&mut list);
+    if slot != NONE {
+        scanner.outlines.free(slot);
+    }
+    true
+}
+
+/// The circles of waiting outlines inside the box of `outline`, about its origin.
+fn anchors(outline: &Outline, waiting: &Waiting, scanner: &Scanner<'_>) -> Vec<Arc, { MAX_ANCHORS + MAX_ARCS }> {
+    let about = origin(outline);
+    let mut anchors = Vec::new();
+    for head in waiting.labels(&scanner.outlines) {
+        let Some((head, arc)) = scanner.outlines.get(head).and_then(|head| Some((head, arc_of(head, about)?))) else {
+            continue;
+        };
+        let (x, y) = origin(head);
+        let inside = (outline.left..outline.right).contains(&x) && (outline.top..=outline.bottom).contains(&y);
+        if inside && anchors.len() < MAX_ANCHORS {
+            let _ = anchors.push(arc);
+        }
+    }
+    anchors
+}
+
+/// The ellipse of an outline about `about`.
+fn arc_of(outline: &Outline, about: (u16, u16)) -> Option<Arc> {
+    let arc = Arc { shape: shape(outline).ok()?, dark_inside: outline.moments.area > 0 };
+    Some(arc.moved(origin(outline), about))
+}
+
+/// Takes the crossings of one more arc out of `list`: of a circle concentric with one of the anchors, or of `any`.
+fn next_arc(
+    list: &mut CrossingList,
+    anchors: &[Arc],
+    any: bool,
+    about: (u16, u16),
+    scanner: &mut Scanner<'_>,
+) -> Option<(Arc, CrossingList)> {
+    let pool = &mut scanner.pool;
+    for anchor in anchors {
+        let points = points_around(anchor, *list, about, pool);
+        let arc = arcs::around(&points, anchor);
+        if let Some(arc) = arc
+            && let Some(taken) = arcs::take(&arc, list, (pool, about), limits::MIN_SEEN_AROUND)
+        {
+            return Some((arc, taken));
+        }
+    }
+    if !any {
+        return None;
+    }
+    let arc = arcs::free(Points::new(*list, pool, about, |_, _| true))?;
+    let taken = arcs::take(&arc, list, (pool, about), limits::MIN_SEEN)?;
+    Some((arc, taken))
+}
+
+fn points_around(anchor: &Arc, list: CrossingList, about: (u16, u16), pool: &crate::scan::Pool<'_>) -> Points {
+    let Arc { shape, .. } = *anchor;
+    let near = |x: f32, y: f32| shape.square(x - shape.cx, y - shape.cy) < MAX_RADIUS * MAX_RADIUS;
+    Points::new(list, pool, about, near)
+}
+
+/// Makes the outline in slot `label` that of `arc`.
+fn place(
+    label: u16,
+    arc: &Arc,
+    mut taken: CrossingList,
+    (about, cut): ((u16, u16), bool),
+    scanner: &mut Scanner<'_>,
+) {
+    match scanner.outlines.get_mut(label) {
+        Some(outline) => {
+            set_arc(outline, arc, about);
+            outline.cut = cut;
+            outline.crossings = taken;
+        }
+        None => scanner.pool.free(&mut taken),
+    }
+}
+
+/// Adds an arc to a waiting one of the same circle. `false` if there is none.
+fn join(
+    arc: &Arc,
+    taken: CrossingList,
+    about: (u16, u16),
+    waiting: &Waiting,
+    scanner: &mut Scanner<'_>,
+) -> bool {
+    let Scanner { outlines, pool, .. } = scanner;
+    let same = |outline: &Outline| {
+        let Some(other) = arc_of(outline, about).filter(|_| outline.partial) else { return false };
+        let (dx, dy) = (arc.shape.cx - other.shape.cx, arc.shape.cy - other.shape.cy);
+        let ratio = other.shape.det() / arc.shape.det();
+        other.dark_inside == arc.dark_inside
+            && (SAME_AREA * SAME_AREA..1.0 / (SAME_AREA * SAME_AREA)).contains(&ratio)
+            && other.shape.square(dx, dy) < SAME_CENTRE * SAME_CENTRE
+    };
+    let Some(label) = waiting.members(outlines).find(|&label| outlines.get(label).is_some_and(same)) else {
+        return false;
+    };
+    let Some(outline) = outlines.get_mut(label) else { return false };
+    let mut joined = outline.crossings;
+    pool.append(&mut joined, taken);
+    let points = Points::new(joined, pool, about, |_, _| true);
+    let Some(arc) = arcs::common(&points, arc.dark_inside, SAME_SHARE) else { return false };
+    set_arc(outline, &arc, about);
+    outline.crossings = joined;
+    true
+}
+
+/// What [`find_around`] came to.
+pub(super) enum Around {
+    Nothing,
+    /// The label of the outline around, which has the other as its inner one.
+    Found(u16),
+    /// There is one, but it is not complete before this number of rows.
+    Later(u16),
+}
+
+/// Looks in the outlines that are open after `rows` rows for a circle around the waiting outline `label`.
+pub(super) fn find_around(label: u16, rows: u16, scanner: &mut Scanner<'_>) -> Around {
+    let Some(inner) = scanner.outlines.get(label).copied() else { return Around::Nothing };
+    let about = origin(&inner);
+    let Some(anchor) = arc_of(&inner, about) else { return Around::Nothing };
+    for open in open_around(&inner, scanner) {
+        let Some(outline) = scanner.outlines.get(open).copied() else { continue };
+        let mut list = outline.crossings;
+        let points = points_around(&anchor, list, about, &scanner.pool);
+        let Some(arc) = arcs::around(&points, &anchor).filter(|arc| arc.shape.det() < anchor.shape.det()) else {
+            continue;
+        };
+        let bottom = f32::from(about.1) + arc.shape.cy + arc.shape.extent().1;
+        if rows < scanner.height() && bottom as u16 >= rows && (bottom as u16) < scanner.height() {
+            return Around::Later((bottom as u16).saturating_add(4));
+        }
+        let pool = &mut scanner.pool;
+        let Some(taken) = arcs::take(&arc, &mut list, (pool, about), limits::MIN_SEEN_AROUND) else { continue };
+        if let Some(outline) = scanner.outlines.get_mut(open) {
+            outline.crossings = list;
+        }
+        let outer = scanner.open_outline();
+        place(outer, &arc, taken, (about, outline.cut), scanner);
+        if let Some(outer) = scanner.outlines.get_mut(outer) {
+            outer.inner = label;
+        }
+        return if outer == NONE { Around::Nothing } else { Around::Found(outer) };
+    }
+    Around::Nothing
+}
+
+/// Labels of the open outlines whose boxes surround that of `inner` and that have enough crossings.
+fn open_around(inner: &Outline, scanner: &Scanner<'_>) -> Vec<u16, MAX_OPEN> {
+    let mut open = Vec::new();
+    for transition in scanner.last_transitions() {
+        let around = |outline: &Outline| {
+            outline.surrounds(inner) && !outline.lossy && outline.crossings.len() >= MIN_CROSSINGS_AROUND
+        };
+        let label = transition.label;
+        if scanner.outlines.get(label).is_some_and(around) && !open.contains(&label) {
+            let _ = open.push(label);
+        }
+    }
+    open
+}
