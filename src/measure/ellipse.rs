@@ -1,6 +1,7 @@
 //! One edge: its edge points to an ellipse.
 
 use crate::edge::Edge;
+use super::sectors::{Histogram, Sectors};
 use crate::fit::{Adjusted, Adjustment, Shape, Sums};
 use crate::math;
 use crate::reject::Reject;
@@ -9,15 +10,17 @@ use crate::settings::limits;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
-/// Sectors in which edge points are looked for.
-const SECTORS: u32 = 32;
+/// Most steps of a fit.
+const PASSES: usize = 3;
+/// Standard deviation over the median of the absolute values of a normal distribution.
+const MEDIAN_TO_SIGMA: f32 = 1.4826;
 
 /// An edge after its fit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fitted {
     pub adjusted: Adjusted,
     pub dark_inside: bool,
-    /// Longest run of sectors without an edge point, of 32.
+    /// Longest gap between edge points, in 32nds of a turn.
     pub gap: u32,
     /// Radius in units of the outer circle's.
     pub ratio: f32,
@@ -40,14 +43,17 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fi
     let points = || pool.iter(edge.crossings).filter_map(|crossing| edge_point(crossing, origin));
     points().for_each(|(x, y)| sums.add(x, y));
     let start = sums.fit().ok_or(Reject::NotElliptic)?;
-    let mut step = adjust(start, points(), f32::INFINITY)?;
-    let limit = limits::OUTLIER * step.adjusted.rms.max(1.0 / 256.0);
-    if step.farthest > limit {
-        step = adjust(step.adjusted.shape, points(), limit)?;
+    let mut step = adjust(start, points(), &Gate::OPEN)?;
+    for _ in 1..PASSES {
+        let gate = step.gate();
+        if step.farthest <= gate.limit && step.seen.0 & !gate.sectors == 0 {
+            break;
+        }
+        step = adjust(step.adjusted.shape, points(), &gate)?;
     }
-    let Step { adjusted, sectors, .. } = step;
+    let Step { adjusted, seen, .. } = step;
     let (_, b) = adjusted.shape.semi_axes();
-    let gap = longest_gap(sectors);
+    let gap = seen.longest_gap();
     if gap > limits::MAX_GAP {
         return Err(Reject::OpenOutline);
     }
@@ -69,41 +75,58 @@ fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
     })
 }
 
+/// Which points are used.
+struct Gate {
+    /// Largest distance from the ellipse, px.
+    limit: f32,
+    /// Sectors in which they may lie.
+    sectors: u128,
+}
+
+impl Gate {
+    const OPEN: Self = Self { limit: f32::INFINITY, sectors: u128::MAX };
+}
+
 /// An adjustment with what else the points tell.
 struct Step {
     adjusted: Adjusted,
-    /// Sectors in which there are points, one bit each.
-    sectors: u32,
+    /// Sectors in which there are points, whether or not these were used.
+    seen: Sectors,
     /// Distance of the farthest point that was used from the ellipse before the step, px.
     farthest: f32,
+    /// Median distance, px.
+    median: f32,
 }
 
-/// One step from `shape` with the points nearer to it than `limit` px.
-fn adjust(shape: Shape, points: impl Iterator<Item = (i32, i32)>, limit: f32) -> Result<Step, Reject> {
+impl Step {
+    /// What to use in the next step: no outliers, and no points beside a gap, where what hides the edge has a part in its
+    /// profile.
+    fn gate(&self) -> Gate {
+        let sigma = MEDIAN_TO_SIGMA * self.median;
+        Gate { limit: limits::OUTLIER * sigma, sectors: self.seen.without_ends() }
+    }
+}
+
+/// One step from `shape` with the points that pass `gate`.
+fn adjust(shape: Shape, points: impl Iterator<Item = (i32, i32)>, gate: &Gate) -> Result<Step, Reject> {
     let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
-    let (mut sectors, mut farthest) = (0u32, 0.0f32);
+    let mut seen = Sectors::new(shape.semi_axes().1);
+    let mut histogram = Histogram::default();
+    let mut farthest = 0.0f32;
     for (x, y) in points {
         let (x, y) = (x as f32 / 256.0, y as f32 / 256.0);
         let point = adjustment.view(x, y);
         let distance = point.square_distance();
-        if distance < limit * limit {
-            adjustment.add(&point);
-            farthest = farthest.max(distance);
-            let turn = math::approx::atan2(point.v, point.u) * (0.5 / core::f32::consts::PI) + 1.0;
-            sectors |= 1u32.rotate_left((turn * SECTORS as f32) as u32 % SECTORS);
+        if distance <= gate.limit * gate.limit {
+            let sector = seen.sector(point.u, point.v);
+            seen.0 |= sector;
+            if gate.sectors & sector != 0 {
+                adjustment.add(&point);
+                farthest = farthest.max(distance);
+                histogram.add(math::sqrt(distance));
+            }
         }
     }
     let adjusted = adjustment.finish().ok_or(Reject::NotElliptic)?;
-    Ok(Step { adjusted, sectors, farthest: math::sqrt(farthest) })
-}
-
-/// Longest run of sectors without a point, around the circle.
-fn longest_gap(sectors: u32) -> u32 {
-    let mut empty = !sectors;
-    let mut longest = 0;
-    while empty != 0 && longest < SECTORS {
-        empty &= empty.rotate_left(1);
-        longest += 1;
-    }
-    longest
+    Ok(Step { adjusted, seen, farthest: math::sqrt(farthest), median: histogram.median() })
 }

@@ -7,6 +7,7 @@
 mod choose;
 mod combine;
 mod ellipse;
+mod sectors;
 
 use crate::candidate;
 use crate::edge::{self, Edge, Edges, Levels};

@@ -1,0 +1,95 @@
+//! Where around an ellipse there are edge points, and how far from it they are.
+
+use crate::math;
+
+/// Gaps are counted in this part of a turn.
+const PARTS: u32 = 32;
+/// Shortest sector, px: each has two crossings or more of a whole outline.
+const SHORTEST: f32 = 2.9;
+
+/// Sectors of an ellipse, one bit each.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sectors(pub u128, u32);
+
+impl Sectors {
+    /// For an ellipse with this semi-minor axis, px: 16 to 128 sectors of about 3 to 6 px.
+    pub fn new(minor: f32) -> Self {
+        let fit = core::f32::consts::TAU * minor / SHORTEST;
+        let count = [128, 64, 32].into_iter().find(|&count| count as f32 <= fit);
+        Self(0, count.unwrap_or(16))
+    }
+
+    /// The bit of the sector of a point in the frame where the ellipse is the unit circle.
+    pub fn sector(&self, u: f32, v: f32) -> u128 {
+        let turn = math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI) + 1.0;
+        1 << ((turn * self.1 as f32) as u32 & (self.1 - 1))
+    }
+
+    /// The same without those beside a gap.
+    pub fn without_ends(&self) -> u128 {
+        let empty = self.empty();
+        self.0 & !(self.turned(empty, 1) | self.turned(empty, self.1 - 1))
+    }
+
+    /// Longest gap, in 32nds of a turn, rounded up.
+    pub fn longest_gap(&self) -> u32 {
+        let mut empty = self.empty();
+        let mut longest = 0;
+        while empty != 0 && longest < self.1 {
+            empty &= self.turned(empty, 1);
+            longest += 1;
+        }
+        (longest * PARTS).div_ceil(self.1.max(1))
+    }
+
+    fn empty(&self) -> u128 {
+        !self.0 & self.all()
+    }
+
+    fn all(&self) -> u128 {
+        u128::MAX >> (128 - self.1.clamp(1, 128))
+    }
+
+    fn turned(&self, bits: u128, by: u32) -> u128 {
+        (bits << by | bits >> (self.1 - by)) & self.all()
+    }
+}
+
+/// Distances are told apart to 1/128 px ...
+const BINS_PER_PX: f32 = 128.0;
+/// ... up to half a pixel.
+const BINS: usize = 64;
+
+/// Distances of points, for their median.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Histogram {
+    bins: [u16; BINS],
+    count: u32,
+}
+
+impl Default for Histogram {
+    fn default() -> Self {
+        Self { bins: [0; BINS], count: 0 }
+    }
+}
+
+impl Histogram {
+    /// Adds a distance, px.
+    pub fn add(&mut self, distance: f32) {
+        let bin = ((distance * BINS_PER_PX) as usize).min(BINS - 1);
+        if let Some(bin) = self.bins.get_mut(bin) {
+            *bin = bin.saturating_add(1);
+        }
+        self.count += 1;
+    }
+
+    /// The upper end of the bin with the median, px.
+    pub fn median(&self) -> f32 {
+        let mut below = 0;
+        let half = |&&count: &&u16| {
+            below += u32::from(count);
+            2 * below < self.count
+        };
+        (self.bins.iter().take_while(half).count() + 1) as f32 / BINS_PER_PX
+    }
+}
