@@ -61,6 +61,13 @@ pub struct Covariance {
     pub yy: f32,
 }
 
+impl Covariance {
+    /// `factor` times as large.
+    pub(crate) fn scaled(&self, factor: f32) -> Self {
+        Self { xx: factor * self.xx, xy: factor * self.xy, yy: factor * self.yy }
+    }
+}
+
 /// The image of one circle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -77,8 +77,14 @@ impl Outcome {
                 let c = target.covariance;
                 let (xx, xy, yy) = (f64::from(c.xx), f64::from(c.xy), f64::from(c.yy));
                 let square = (yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
-                if dx.hypot(dy) > 0.1 && square.sqrt() > 5.0 && std::env::var_os("CONCENTRIC_SHOW").is_some() {
-                    println!("silent: seed {seed}, {:.3} px, {:.1} sigma {:?}", dx.hypot(dy), square.sqrt(), scene.targets[0].pose);
+                if dx.hypot(dy) > 0.1 && square.sqrt() > 5.0 && std::env::var_os("CONCENTRIC_SHOW").is_some()
+                {
+                    println!(
+                        "silent: seed {seed}, {:.3} px, {:.1} sigma {:?}",
+                        dx.hypot(dy),
+                        square.sqrt(),
+                        scene.targets[0].pose
+                    );
                 }
                 self.found.push((dx.hypot(dy), square.sqrt(), target, seed));
                 hit = true;
@@ -160,14 +166,18 @@ fn figures() {
             let (x, y) = around(scene, random, far);
             let width = random.within(0.1, 0.35) * size;
             let direction = random.within(0.0, 180.0);
-            scene.occluders.push(Occluder { cover: Cover::Strip { x, y, width, length: 900.0, direction }, tone });
+            scene
+                .occluders
+                .push(Occluder { cover: Cover::Strip { x, y, width, length: 900.0, direction }, tone });
         });
         damage(&format!("scratch, tone {tone}"), 60, |scene, random, size| {
             let far = random.within(0.0, 0.8) * size;
             let (x, y) = around(scene, random, far);
             let width = random.within(0.5, 2.5);
             let direction = random.within(0.0, 180.0);
-            scene.occluders.push(Occluder { cover: Cover::Strip { x, y, width, length: 900.0, direction }, tone });
+            scene
+                .occluders
+                .push(Occluder { cover: Cover::Strip { x, y, width, length: 900.0, direction }, tone });
         });
         damage(&format!("bite, tone {tone}"), 60, |scene, random, size| {
             let far = random.within(0.8, 1.1) * size;

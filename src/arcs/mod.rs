@@ -96,6 +96,13 @@ pub(crate) fn take(
     Some(taken)
 }
 
+/// Share of some of the crossings that are not on the arc's ellipse.
+pub(crate) fn share_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> f32 {
+    let points = Points::fewest(list, pool, origin);
+    let off = points.points.iter().filter(|point| arc.square_distance(point) > ON * ON).count();
+    off as f32 / points.points.len().max(1) as f32
+}
+
 /// Crossings that a whole ellipse with these semi-axes has, to 10 %, when each axis keeps its own half of them.
 pub(crate) fn expected_crossings(a: f32, b: f32) -> f32 {
     4.0 * math::sqrt(a * b)

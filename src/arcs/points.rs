@@ -1,10 +1,15 @@
 //! Crossings as rough points.
 
+use crate::fit::Shape;
 use crate::scan::{Axis, Crossing, CrossingList, Pool};
 use heapless::Vec;
 
-/// Most points of a search.
-pub(super) const MAX_POINTS: usize = 64;
+/// Most points for a look.
+const FEWEST: usize = 24;
+/// Most points for a search in which nothing is known.
+const FEW: usize = 64;
+/// Most points for one about a known circle.
+pub(super) const MAX_POINTS: usize = 128;
 
 /// A crossing as a point.
 #[derive(Clone, Copy, Debug)]
@@ -44,27 +49,49 @@ pub(crate) struct Points {
 }
 
 impl Points {
-    /// Of the crossings of `list` about `origin` that are `wanted` by their place, px.
-    pub fn new(
+    /// As many of the crossings of `list`, about `origin`, as tell whether an ellipse is whole.
+    pub fn fewest(list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> Self {
+        Self::new(list, pool, FEWEST, |crossing| Some(Point::new(crossing, origin)))
+    }
+
+    /// Few of the crossings of `list`, about `origin`.
+    pub fn few(list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> Self {
+        Self::new(list, pool, FEW, |crossing| Some(Point::new(crossing, origin)))
+    }
+
+    /// Crossings of `list`, about `origin`, out to `radius` units of the ellipse of `anchor`.
+    pub fn around(
+        anchor: &Shape,
+        radius: f32,
         list: CrossingList,
         pool: &Pool<'_>,
         origin: (u16, u16),
-        wanted: impl Fn(f32, f32) -> bool,
     ) -> Self {
-        let near = |crossing: &&Crossing| {
-            let x = i32::from(crossing.x) - i32::from(origin.0);
-            let y = i32::from(crossing.y()) - i32::from(origin.1);
-            wanted(x as f32, y as f32)
-        };
-        // Odd, because a row leaves one on the left and one on the right.
-        let stride = (pool.iter(list).filter(near).count() / MAX_POINTS + 1) | 1;
+        Self::new(list, pool, MAX_POINTS - 1, |crossing| {
+            let point = Point::new(crossing, origin);
+            let square = anchor.square(point.x - anchor.cx, point.y - anchor.cy);
+            (square < radius * radius).then_some(point)
+        })
+    }
+
+    fn new(
+        list: CrossingList,
+        pool: &Pool<'_>,
+        most: usize,
+        point: impl Fn(&Crossing) -> Option<Point>,
+    ) -> Self {
+        let count = pool.iter(list).filter(|crossing| point(crossing).is_some()).count();
+        let share = (most as u32 * 0x1_0000).checked_div(count as u32).unwrap_or(0);
         let mut points = Vec::new();
-        for crossing in pool.iter(list).filter(near).step_by(stride) {
-            let _ = points.push(Point::new(crossing, origin));
+        // Multiples of the golden section: even along the list, and never only one side of it, of which a row leaves a
+        // crossing in turn.
+        for (i, point) in pool.iter(list).filter_map(point).enumerate() {
+            if u32::from((i as u16).wrapping_mul(0x9e37)) < share {
+                let _ = points.push(point);
+            }
         }
         Self { points }
     }
-
 
     /// Puts the points in the order of the outline: each is followed by the nearest that is left, but not by one on the
     /// other side of a thin stroke.

@@ -2,8 +2,9 @@
 
 use super::{Waiting, origin, set_arc, shape};
 use crate::arcs::{self, Arc, Points};
+use crate::fit::Shape;
 use crate::reject::Reject;
-use crate::scan::{CrossingList, NONE, Outline, Scanner};
+use crate::scan::{CrossingList, NONE, Outline, Pool, Scanner};
 use crate::settings::limits;
 use heapless::Vec;
 
@@ -16,13 +17,17 @@ const MAX_OPEN: usize = 3;
 /// Fewest crossings of an outline in which any arc is looked for, and in which one concentric with a known circle is.
 const MIN_CROSSINGS: u16 = 20;
 const MIN_CROSSINGS_AROUND: u16 = 12;
+/// Largest share of an ellipse's crossings that may lie beside it.
+const MAX_OFF: f32 = 0.15;
 /// Largest radius of a circle around a known one, in units of that.
 const MAX_RADIUS: f32 = 11.0;
-/// Ratio of the areas of two arcs above which they can be of the same circle, and distance of their centres in units of it.
-const SAME_AREA: f32 = 0.7;
-const SAME_CENTRE: f32 = 0.3;
-/// Share of two arcs' points that must lie on their common ellipse.
-const SAME_SHARE: f32 = 0.8;
+/// Two arcs can be of the same circle if their areas squared have this ratio or less, because an arc alone leaves its ellipse
+/// unsure, ...
+const LIKE_DET: f32 = 8.0;
+/// ... if their centres are not farther apart than this, in units of the ellipse, ...
+const LIKE_CENTRE: f32 = 1.0;
+/// ... and at least this share of their points lies on one ellipse.
+const SAME_SHARE: f32 = 0.85;
 
 /// Whether an outline that was refused for `cause` can have arcs of circles.
 pub(super) fn is_worth_a_search(outline: &Outline, cause: Reject) -> bool {
@@ -30,6 +35,12 @@ pub(super) fn is_worth_a_search(outline: &Outline, cause: Reject) -> bool {
         && !outline.lossy
         && outline.crossings.len() >= MIN_CROSSINGS
         && outline.width().min(outline.height()) >= limits::MIN_EXTENT
+}
+
+/// Whether an outline with the moments of the ellipse `shape` has a dent or a bump all the same.
+pub(super) fn is_bent(outline: &Outline, shape: &Shape, pool: &Pool<'_>) -> bool {
+    let arc = Arc { shape: *shape, dark_inside: outline.moments.area > 0 };
+    arcs::share_off(&arc, outline.crossings, pool, origin(outline)) > MAX_OFF
 }
 
 /// Takes the arcs of the outline as outlines of their own, the first in its slot. `false`, and the outline is as it was, if
@@ -44,9 +55,11 @@ pub(super) fn add(label: u16, waiting: &mut Waiting, scanner: &mut Scanner<'_>) 
     while found < MAX_ARCS {
         let Some((arc, taken)) = next_arc(&mut list, &anchors, found == 0, about, scanner) else { break };
         found += 1;
-        let _ = anchors.insert(0, arc);
-        if !join(&arc, taken, about, waiting, scanner) {
-            let label = if slot == NONE { scanner.open_outline() } else { core::mem::replace(&mut slot, NONE) };
+        let joined = join(&arc, taken, about, waiting, scanner);
+        let _ = anchors.insert(0, joined.unwrap_or(arc));
+        if joined.is_none() {
+            let label =
+                if slot == NONE { scanner.open_outline() } else { core::mem::replace(&mut slot, NONE) };
             place(label, &arc, taken, (about, outline.cut), scanner);
             waiting.insert(label, scanner);
         }
@@ -65,15 +78,22 @@ pub(super) fn add(label: u16, waiting: &mut Waiting, scanner: &mut Scanner<'_>) 
 }
 
 /// The circles of waiting outlines inside the box of `outline`, about its origin.
-fn anchors(outline: &Outline, waiting: &Waiting, scanner: &Scanner<'_>) -> Vec<Arc, { MAX_ANCHORS + MAX_ARCS }> {
+fn anchors(
+    outline: &Outline,
+    waiting: &Waiting,
+    scanner: &Scanner<'_>,
+) -> Vec<Arc, { MAX_ANCHORS + MAX_ARCS }> {
     let about = origin(outline);
     let mut anchors = Vec::new();
     for head in waiting.labels(&scanner.outlines) {
-        let Some((head, arc)) = scanner.outlines.get(head).and_then(|head| Some((head, arc_of(head, about)?))) else {
+        let Some((head, arc)) =
+            scanner.outlines.get(head).and_then(|head| Some((head, arc_of(head, about)?)))
+        else {
             continue;
         };
         let (x, y) = origin(head);
-        let inside = (outline.left..outline.right).contains(&x) && (outline.top..=outline.bottom).contains(&y);
+        let inside =
+            (outline.left..outline.right).contains(&x) && (outline.top..=outline.bottom).contains(&y);
         if inside && anchors.len() < MAX_ANCHORS {
             let _ = anchors.push(arc);
         }
@@ -97,7 +117,7 @@ fn next_arc(
 ) -> Option<(Arc, CrossingList)> {
     let pool = &mut scanner.pool;
     for anchor in anchors {
-        let points = points_around(anchor, *list, about, pool);
+        let points = Points::around(&anchor.shape, MAX_RADIUS, *list, pool, about);
         let arc = arcs::around(&points, anchor);
         if let Some(arc) = arc
             && let Some(taken) = arcs::take(&arc, list, (pool, about), limits::MIN_SEEN_AROUND)
@@ -108,15 +128,10 @@ fn next_arc(
     if !any {
         return None;
     }
-    let arc = arcs::free(Points::new(*list, pool, about, |_, _| true))?;
+    let arc = arcs::free(Points::few(*list, pool, about));
+    let arc = arc?;
     let taken = arcs::take(&arc, list, (pool, about), limits::MIN_SEEN)?;
     Some((arc, taken))
-}
-
-fn points_around(anchor: &Arc, list: CrossingList, about: (u16, u16), pool: &crate::scan::Pool<'_>) -> Points {
-    let Arc { shape, .. } = *anchor;
-    let near = |x: f32, y: f32| shape.square(x - shape.cx, y - shape.cy) < MAX_RADIUS * MAX_RADIUS;
-    Points::new(list, pool, about, near)
 }
 
 /// Makes the outline in slot `label` that of `arc`.
@@ -137,34 +152,35 @@ fn place(
     }
 }
 
-/// Adds an arc to a waiting one of the same circle. `false` if there is none.
+/// Adds an arc to a waiting one of the same circle. Gives the ellipse of both; `None` if there is none.
 fn join(
     arc: &Arc,
     taken: CrossingList,
     about: (u16, u16),
     waiting: &Waiting,
     scanner: &mut Scanner<'_>,
-) -> bool {
+) -> Option<Arc> {
     let Scanner { outlines, pool, .. } = scanner;
-    let same = |outline: &Outline| {
+    let like = |outline: &Outline| {
         let Some(other) = arc_of(outline, about).filter(|_| outline.partial) else { return false };
         let (dx, dy) = (arc.shape.cx - other.shape.cx, arc.shape.cy - other.shape.cy);
         let ratio = other.shape.det() / arc.shape.det();
         other.dark_inside == arc.dark_inside
-            && (SAME_AREA * SAME_AREA..1.0 / (SAME_AREA * SAME_AREA)).contains(&ratio)
-            && other.shape.square(dx, dy) < SAME_CENTRE * SAME_CENTRE
+            && (1.0 / LIKE_DET..LIKE_DET).contains(&ratio)
+            && other.shape.square(dx, dy) < LIKE_CENTRE * LIKE_CENTRE
     };
-    let Some(label) = waiting.members(outlines).find(|&label| outlines.get(label).is_some_and(same)) else {
-        return false;
+    let labels = waiting.members(outlines).filter(|&label| outlines.get(label).is_some_and(like));
+    let both = |label| {
+        let mut joined = outlines.get(label)?.crossings;
+        pool.append(&mut joined, taken);
+        let points = Points::few(joined, pool, about);
+        Some((label, joined, arcs::common(&points, arc.dark_inside, SAME_SHARE)?))
     };
-    let Some(outline) = outlines.get_mut(label) else { return false };
-    let mut joined = outline.crossings;
-    pool.append(&mut joined, taken);
-    let points = Points::new(joined, pool, about, |_, _| true);
-    let Some(arc) = arcs::common(&points, arc.dark_inside, SAME_SHARE) else { return false };
+    let (label, joined, arc) = labels.take(MAX_ANCHORS).find_map(both)?;
+    let outline = outlines.get_mut(label)?;
     set_arc(outline, &arc, about);
     outline.crossings = joined;
-    true
+    Some(arc)
 }
 
 /// What [`find_around`] came to.
@@ -184,8 +200,9 @@ pub(super) fn find_around(label: u16, rows: u16, scanner: &mut Scanner<'_>) -> A
     for open in open_around(&inner, scanner) {
         let Some(outline) = scanner.outlines.get(open).copied() else { continue };
         let mut list = outline.crossings;
-        let points = points_around(&anchor, list, about, &scanner.pool);
-        let Some(arc) = arcs::around(&points, &anchor).filter(|arc| arc.shape.det() < anchor.shape.det()) else {
+        let points = Points::around(&anchor.shape, MAX_RADIUS, list, &scanner.pool, about);
+        let Some(arc) = arcs::around(&points, &anchor).filter(|arc| arc.shape.det() < anchor.shape.det())
+        else {
             continue;
         };
         let bottom = f32::from(about.1) + arc.shape.cy + arc.shape.extent().1;
@@ -193,15 +210,14 @@ pub(super) fn find_around(label: u16, rows: u16, scanner: &mut Scanner<'_>) -> A
             return Around::Later((bottom as u16).saturating_add(4));
         }
         let pool = &mut scanner.pool;
-        let Some(taken) = arcs::take(&arc, &mut list, (pool, about), limits::MIN_SEEN_AROUND) else { continue };
+        let Some(taken) = arcs::take(&arc, &mut list, (pool, about), limits::MIN_SEEN_AROUND) else {
+            continue;
+        };
         if let Some(outline) = scanner.outlines.get_mut(open) {
             outline.crossings = list;
         }
         let outer = scanner.open_outline();
         place(outer, &arc, taken, (about, outline.cut), scanner);
-        if let Some(outer) = scanner.outlines.get_mut(outer) {
-            outer.inner = label;
-        }
         return if outer == NONE { Around::Nothing } else { Around::Found(outer) };
     }
     Around::Nothing

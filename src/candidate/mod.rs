@@ -69,8 +69,10 @@ fn moments_shape(outline: &Outline) -> Result<Shape, Reject> {
 fn set_arc(outline: &mut Outline, arc: &Arc, about: (u16, u16)) {
     let Arc { shape, dark_inside } = arc;
     let (half_x, half_y) = shape.extent();
-    let place = |origin: u16, offset: f32| (f32::from(origin) + offset).clamp(0.0, f32::from(u16::MAX)) as u16;
-    (outline.left, outline.right) = (place(about.0, shape.cx - half_x), place(about.0, shape.cx + half_x + 1.0));
+    let place =
+        |origin: u16, offset: f32| (f32::from(origin) + offset).clamp(0.0, f32::from(u16::MAX)) as u16;
+    (outline.left, outline.right) =
+        (place(about.0, shape.cx - half_x), place(about.0, shape.cx + half_x + 1.0));
     (outline.top, outline.bottom) = (place(about.1, shape.cy - half_y), place(about.1, shape.cy + half_y));
     outline.moments = Moments::of_ellipse(&shape, about, *dark_inside);
     outline.partial = true;

@@ -20,17 +20,20 @@ impl Waiting {
     /// Takes a closed outline. An error is the reason why it is none of a target; its slot is then still in use.
     pub fn add(&mut self, label: u16, scanner: &mut Scanner<'_>) -> Result<(), Reject> {
         let outline = *scanner.outlines.get(label).ok_or(Reject::BufferFull)?;
-        match shape(&outline) {
-            Ok(_) => {
-                self.insert(label, scanner);
-                Ok(())
-            }
+        let whole = shape(&outline).and_then(|shape| {
+            if broken::is_bent(&outline, &shape, &scanner.pool) { Err(Reject::NotElliptic) } else { Ok(()) }
+        });
+        match whole {
+            Ok(()) => self.insert(label, scanner),
             Err(cause) if broken::is_worth_a_search(&outline, cause) => {
                 self.searches = self.searches.checked_sub(1).ok_or(cause)?;
-                if broken::add(label, self, scanner) { Ok(()) } else { Err(cause) }
+                if !broken::add(label, self, scanner) {
+                    return Err(cause);
+                }
             }
-            Err(cause) => Err(cause),
+            Err(cause) => return Err(cause),
         }
+        Ok(())
     }
 
     /// Takes an outline that is an ellipse, with what is concentric inside it.
@@ -55,7 +58,8 @@ impl Waiting {
         let (width, outlines) = (scanner.width(), &mut scanner.outlines);
         let Some(new) = outlines.get(label).copied() else { return false };
         let around = |head: &Outline| shape(head).is_ok_and(|shape| concentric(head, &shape, &new, width));
-        let Some(mut before) = self.labels(outlines).find(|&head| outlines.get(head).is_some_and(around)) else {
+        let Some(mut before) = self.labels(outlines).find(|&head| outlines.get(head).is_some_and(around))
+        else {
             return false;
         };
         let larger = |outline: &&Outline| outline.moments.area.abs() > new.moments.area.abs();
@@ -107,17 +111,20 @@ impl Waiting {
             match broken::find_around(head, rows, scanner) {
                 broken::Around::Nothing => return Some(head),
                 broken::Around::Found(outer) => {
-                    self.searches -= 1;
-                    return Some(outer);
+                    self.put_back(head, rows, scanner);
+                    self.insert(outer, scanner);
                 }
-                broken::Around::Later(ready) => {
-                    self.searches -= 1;
-                    if let Some(outline) = scanner.outlines.get_mut(head) {
-                        (outline.ready, outline.next) = (ready, self.head);
-                        self.head = head;
-                    }
-                }
+                broken::Around::Later(ready) => self.put_back(head, ready, scanner),
             }
+            self.searches -= 1;
+        }
+    }
+
+    /// Puts the head of a chain back into the list until `ready` rows.
+    fn put_back(&mut self, head: u16, ready: u16, scanner: &mut Scanner<'_>) {
+        if let Some(outline) = scanner.outlines.get_mut(head) {
+            (outline.ready, outline.next) = (ready, self.head);
+            self.head = head;
         }
     }
 

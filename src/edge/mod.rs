@@ -16,7 +16,7 @@ pub(crate) use place::{measure_blur, place};
 
 use crate::fit::Shape;
 use crate::math;
-use crate::scan::{Axis, Crossing, CrossingList};
+use crate::scan::{Axis, Crossing, CrossingList, Outline};
 use profile::normal;
 
 /// Crossings of an outline that are used for the blur and for a first look at the levels.
@@ -35,12 +35,15 @@ pub(crate) struct Edge {
     minor: f32,
     /// Dark inside, light outside.
     pub dark_inside: bool,
+    /// Only arcs of it are seen.
+    pub partial: bool,
     pub crossings: CrossingList,
 }
 
 impl Edge {
-    pub fn new(shape: Shape, dark_inside: bool, crossings: CrossingList) -> Self {
-        Self { shape, minor: shape.semi_axes().1, dark_inside, crossings }
+    pub fn new(shape: Shape, outline: &Outline) -> Self {
+        let Outline { partial, crossings, .. } = *outline;
+        Self { shape, minor: shape.semi_axes().1, dark_inside: outline.moments.area > 0, partial, crossings }
     }
 
     /// Every how many crossings one is taken for what the whole target shares: an odd number, because a row leaves one on

@@ -46,6 +46,11 @@ pub(crate) struct View {
 }
 
 impl View {
+    /// Signed distance from the ellipse, px, to first order; positive outside.
+    pub fn distance(&self) -> f32 {
+        math::sqrt(self.weight) * self.residual
+    }
+
     /// Squared distance from the ellipse, px^2, to first order.
     pub fn square_distance(&self) -> f32 {
         self.weight * self.residual * self.residual
@@ -98,6 +103,15 @@ impl Adjustment {
             rms: math::sqrt(squares / f32::from(self.points)),
             points: self.points,
         })
+    }
+
+    /// Takes the step to a similar ellipse instead: only centre and size are free, as between concentric circles.
+    pub fn similar(&self) -> Option<Shape> {
+        let [_, _, [_, _, cc, ..], [_, _, dc, dd, _], [_, _, ec, ed, ee]] = self.m;
+        let [_, _, c, d, e] = self.right;
+        let m: Matrix<3> = [[cc, 0.0, 0.0], [dc, dd, 0.0], [ec, ed, ee]];
+        let [c, d, e] = Factor::new(&m)?.solve([c, d, e]);
+        self.moved(&[0.0, 0.0, c, d, e])
     }
 
     /// The ellipse after adding `step` to the conic.

@@ -1,7 +1,7 @@
 //! One edge: its edge points to an ellipse.
 
+use super::sectors::{Histogram, SectorSums, Sectors};
 use crate::edge::Edge;
-use super::sectors::{Histogram, Sectors};
 use crate::fit::{Adjusted, Adjustment, Shape, Sums};
 use crate::math;
 use crate::reject::Reject;
@@ -39,19 +39,17 @@ pub(super) fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
 
 /// Fits the ellipse of one edge to its edge points.
 pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fitted, Reject> {
-    let mut sums = Sums::default();
     let points = || pool.iter(edge.crossings).filter_map(|crossing| edge_point(crossing, origin));
-    points().for_each(|(x, y)| sums.add(x, y));
-    let start = sums.fit().ok_or(Reject::NotElliptic)?;
-    let mut step = adjust(start, points(), &Gate::OPEN)?;
+    let mut gate = Gate::OPEN;
+    let mut step = adjust(start(edge, points())?, points(), &gate)?;
     for _ in 1..PASSES {
-        let gate = step.gate();
+        gate = step.gate();
         if step.farthest <= gate.limit && step.seen.0 & !gate.sectors == 0 {
             break;
         }
         step = adjust(step.adjusted.shape, points(), &gate)?;
     }
-    let Step { adjusted, seen, .. } = step;
+    let Step { mut adjusted, seen, .. } = step;
     let (_, b) = adjusted.shape.semi_axes();
     let gap = seen.longest_gap();
     if gap > limits::MAX_GAP {
@@ -61,7 +59,34 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fi
     if !(adjusted.rms <= limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b) {
         return Err(Reject::NotElliptic);
     }
+    adjusted.covariance = adjusted.covariance.scaled(excess(&adjusted.shape, points(), &gate));
     Ok(Fitted { adjusted, dark_inside: edge.dark_inside, gap, ratio: 1.0 })
+}
+
+/// Factor on the covariance because the residuals are not independent: how much the sums over sectors exceed what they would
+/// be if they were. Points that something displaces lie on one side of the ellipse together.
+fn excess(shape: &Shape, points: impl Iterator<Item = (i32, i32)>, gate: &Gate) -> f32 {
+    let Some(adjustment) = Adjustment::new(*shape) else { return 1.0 };
+    let sectors = Sectors::new(shape.semi_axes().1);
+    let mut sums = SectorSums::default();
+    for (x, y) in points {
+        let point = adjustment.view(x as f32 / 256.0, y as f32 / 256.0);
+        let distance = point.distance();
+        if distance.abs() <= gate.limit && gate.sectors & sectors.sector(point.u, point.v) != 0 {
+            sums.add(point.u, point.v, distance);
+        }
+    }
+    sums.excess()
+}
+
+/// The algebraic fit; where arcs are missing that would shrink the ellipse, and the search has given a better one.
+fn start(edge: &Edge, points: impl Iterator<Item = (i32, i32)>) -> Result<Shape, Reject> {
+    if edge.partial {
+        return Ok(edge.shape);
+    }
+    let mut sums = Sums::default();
+    points.for_each(|(x, y)| sums.add(x, y));
+    sums.fit().ok_or(Reject::NotElliptic)
 }
 
 /// Edge point of a crossing about the origin, 1/256 px.

@@ -55,8 +55,7 @@ fn collect(head: u16, origin: (u16, u16), scanner: &Scanner<'_>) -> Result<Vec<E
         let own = candidate::origin(outline);
         let shift = |own: u16, origin: u16| (i32::from(origin) - i32::from(own)) as f32;
         let shape = candidate::shape(outline)?.about(shift(own.0, origin.0), shift(own.1, origin.1));
-        let dark_inside = outline.moments.area > 0;
-        let _ = edges.push(Edge::new(shape, dark_inside, outline.crossings));
+        let _ = edges.push(Edge::new(shape, outline));
         at = outline.inner;
     }
     Ok(edges)

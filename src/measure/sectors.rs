@@ -93,3 +93,44 @@ impl Histogram {
         (self.bins.iter().take_while(half).count() + 1) as f32 / BINS_PER_PX
     }
 }
+
+/// Sectors whose residuals are summed up.
+const SUMS: usize = 16;
+/// What is left of the mean square sum on average, in units of that of independent residuals, because a fit of five terms has
+/// taken its part.
+const FITTED: f32 = 0.7;
+
+/// Residuals by sector.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SectorSums {
+    sums: [f32; SUMS],
+    counts: [u16; SUMS],
+    squares: f32,
+    count: u16,
+}
+
+impl SectorSums {
+    /// Adds a residual, px.
+    pub fn add(&mut self, u: f32, v: f32, residual: f32) {
+        let turn = math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI) + 1.0;
+        let sector = (turn * SUMS as f32) as usize % SUMS;
+        if let (Some(sum), Some(count)) = (self.sums.get_mut(sector), self.counts.get_mut(sector)) {
+            *sum += residual;
+            *count += 1;
+            self.squares += residual * residual;
+            self.count += 1;
+        }
+    }
+
+    /// Mean square of the sums in units of that of independent residuals, less its scatter; at least 1.
+    pub fn excess(&self) -> f32 {
+        let (mut total, mut filled) = (0.0, 0.0);
+        for (sum, count) in self.sums.iter().zip(self.counts).filter(|(_, count)| *count > 0) {
+            total += sum * sum / f32::from(count);
+            filled += 1.0;
+        }
+        let variance = self.squares / f32::from(self.count.max(1));
+        // Also takes NaN, where there are no residuals.
+        if variance > 0.0 { (total / (filled * variance) - FITTED).max(1.0) } else { 1.0 }
+    }
+}

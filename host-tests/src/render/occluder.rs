@@ -1,7 +1,7 @@
 //! What lies over the targets: objects, scratches, glare.
 
 use super::camera::{Camera, View};
-use super::outline::{Outline, Piece};
+use super::outline::Outline;
 use super::target::Target;
 use anyhow::{Result, ensure};
 use glam::DVec2;
@@ -12,8 +12,8 @@ use std::f64::consts::{PI, TAU};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Cover {
-    /// A sector on the plane of a target, about its circles' centre, out to half a radius beyond its outermost outline:
-    /// it hides the same share of every circle.
+    /// A fan of triangles on the plane of a target, from its circles' centre to more than half a radius beyond its outermost
+    /// outline: it hides the same share of every circle.
     Wedge {
         /// Index of the target.
         target: usize,
@@ -70,7 +70,7 @@ pub struct Occluder {
     pub tone: f64,
 }
 
-/// Radius of a wedge in radii of the target's outermost outline.
+/// Distance of a wedge's outer sides from its tip in radii of the target's outermost outline.
 const REACH: f64 = 1.5;
 /// Light in units of white minus black that hides what is behind it.
 const BLINDING: f64 = 0.5;
@@ -125,7 +125,12 @@ impl Occluder {
             Cover::Wedge { target, share, direction } => {
                 let target = targets.get(target)?;
                 let start = wedge_start(target, camera, share, direction);
-                Some(sector(target.centre(), REACH * target.artwork.reach(), start, TAU * share))
+                let side = TAU * share / sides(share);
+                let radius = REACH * target.artwork.reach() / (side / 2.0).cos();
+                let corner =
+                    |i: u32| target.centre() + DVec2::from_angle(start + f64::from(i) * side) * radius;
+                let rim = (0..=sides(share) as u32).map(corner);
+                Some(Outline::polygon(&[target.centre()].into_iter().chain(rim).collect::<Vec<_>>()))
             }
             Cover::Strip { width, length, direction, .. } => {
                 let strip = Outline::rectangle(DVec2::ZERO, length / 2.0, width / 2.0);
@@ -153,7 +158,10 @@ impl Occluder {
             Cover::Wedge { target, share, direction } => targets.get(target).is_some_and(|target| {
                 let spoke = point - target.centre();
                 let turn = spoke.to_angle() - wedge_start(target, camera, share, direction);
-                turn.rem_euclid(TAU) < TAU * share && spoke.length() < REACH * target.artwork.reach()
+                let side = TAU * share / sides(share);
+                let from_middle = turn.rem_euclid(TAU).rem_euclid(side) - side / 2.0;
+                turn.rem_euclid(TAU) < TAU * share
+                    && spoke.length() * from_middle.cos() < REACH * target.artwork.reach()
             }),
             Cover::Strip { width, length, direction, .. } => {
                 let along = DVec2::from_angle(-direction.to_radians()).rotate(point).abs();
@@ -172,11 +180,7 @@ fn wedge_start(target: &Target, camera: &Camera, share: f64, direction: f64) -> 
     middle.to_angle() - PI * share
 }
 
-fn sector(centre: DVec2, radius: f64, start: f64, sweep: f64) -> Outline {
-    let end = |angle: f64| centre + DVec2::from_angle(angle) * radius;
-    Outline::new(vec![
-        Piece::Line { from: centre, to: end(start) },
-        Piece::Arc { centre, radius, start, sweep },
-        Piece::Line { from: end(start + sweep), to: centre },
-    ])
+/// Number of a wedge's outer sides: straight, so that they are no circle of their own.
+fn sides(share: f64) -> f64 {
+    (4.0 * share).ceil()
 }

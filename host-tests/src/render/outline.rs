@@ -66,11 +66,6 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// The outline of these pieces.
-    pub fn new(pieces: Vec<Piece>) -> Self {
-        Self { pieces }
-    }
-
     /// The pieces in order.
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces
