@@ -99,6 +99,11 @@ pub enum Compensation {
     /// The form of eq. (7) that is exact for any perspective.
     #[default]
     Exact,
+    /// The exact form as far as its correction is significant against its own noise
+    /// ([`Significance`](crate::centre::Significance)), from the mean of the ellipse centres: better where targets are small,
+    /// noisy or seen from the front. Where the eccentricity is 3 to 10 times the standard deviation of the outer ellipse's
+    /// centre it is up to 10 % worse than `Exact`.
+    Auto,
 }
 
 /// Settings of a [`Detector`](crate::Detector).
@@ -221,6 +226,11 @@ pub(crate) mod limits {
     pub const MAX_GAP: u32 = 16;
     /// Share that sets the flag `OCCLUDED`.
     pub const FLAG_GAP: u32 = 3;
+    /// Residual of an ellipse above which the flag `RESIDUAL` is set, px, if there is no noise: what a good print and the
+    /// rounding to grey levels leave, with room.
+    pub const FLAG_RESIDUAL: f32 = 0.05;
+    /// Variance of the edge points that noise explains, times this, is allowed on top.
+    pub const FLAG_RESIDUAL_NOISE: f32 = 4.0;
     /// Below this contrast the flag `LOW_CONTRAST` is set, grey levels.
     pub const FLAG_CONTRAST: f32 = 40.0;
     /// Below this inner semi-minor axis or gap the flag `SMALL` is set, px.

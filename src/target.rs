@@ -94,8 +94,12 @@ pub struct Circle {
     pub rms: f32,
     /// Edge points in the fit.
     pub points: u16,
+    /// Largest angle without edge points, degrees as the circle itself is divided, in steps of 11.25; 0: none.
+    pub gap: f32,
     /// Radius as a ratio of the outer circle's: the nominal one where the target is known, else measured.
     pub ratio: f32,
+    /// The measured ratio, also where a nominal one was given; 1 for the outer circle.
+    pub measured_ratio: f32,
 }
 
 /// What qualifies a target. A set of bits; names in [`Flags::NAMES`].
@@ -114,15 +118,19 @@ impl Flags {
     pub const OCCLUDED: Flags = Flags(1 << 3);
     /// Residual of an ellipse is higher than the noise explains.
     pub const RESIDUAL: Flags = Flags(1 << 4);
-    /// The correction is smaller than the standard deviation that it adds.
+    /// The correction is lost in its own noise; [`Compensation::Auto`](crate::Compensation::Auto) leaves it out.
     pub const INSIGNIFICANT: Flags = Flags(1 << 5);
     /// Light on dark.
     pub const LIGHT: Flags = Flags(1 << 6);
     /// No ratio was given; the circles' ratios were measured.
     pub const MEASURED_RATIO: Flags = Flags(1 << 7);
+    /// The frame's border cuts an outline.
+    pub const CUT: Flags = Flags(1 << 8);
+    /// Refined on the pixels of the image.
+    pub const REFINED: Flags = Flags(1 << 9);
 
     /// Every flag with the name used in reports and JSON.
-    pub const NAMES: [(Flags, &'static str); 8] = [
+    pub const NAMES: [(Flags, &'static str); 10] = [
         (Self::CLIPPED, "clipped"),
         (Self::LOW_CONTRAST, "low_contrast"),
         (Self::SMALL, "small"),
@@ -131,6 +139,8 @@ impl Flags {
         (Self::INSIGNIFICANT, "insignificant"),
         (Self::LIGHT, "light"),
         (Self::MEASURED_RATIO, "measured_ratio"),
+        (Self::CUT, "cut"),
+        (Self::REFINED, "refined"),
     ];
 
     /// Whether every bit of `other` is set.
@@ -167,6 +177,9 @@ pub struct Target {
     pub circles: Vec<Circle, MAX_CIRCLES>,
     /// Bright minus dark level at the target's middle, grey levels.
     pub contrast: f32,
+    /// Standard deviation of the grey levels in the flat areas at the edges about their plane, grey levels: sensor noise,
+    /// rounding and texture of the print.
+    pub noise: f32,
     /// Standard deviation of the edge's blur, pixel box included, px.
     pub blur: f32,
     /// What qualifies it.
@@ -180,5 +193,25 @@ impl Target {
             let (dx, dy) = outer.ellipse.centre.offset_from(self.centre);
             crate::math::sqrt(dx * dx + dy * dy)
         })
+    }
+
+    /// Distance between the centres by eq. (7) and by the exact form, px: what eq. (7) leaves.
+    pub fn model_difference(&self) -> f32 {
+        let (dx, dy) = self.eq7.offset_from(self.exact);
+        crate::math::sqrt(dx * dx + dy * dy)
+    }
+
+    /// RMS distance of all edge points from their ellipses, px.
+    pub fn residual(&self) -> f32 {
+        let (squares, points) = self.circles.iter().fold((0.0, 0.0), |(squares, points), circle| {
+            let count = f32::from(circle.points);
+            (squares + count * circle.rms * circle.rms, points + count)
+        });
+        if points > 0.0 { crate::math::sqrt(squares / points) } else { 0.0 }
+    }
+
+    /// Largest angle without edge points on any of the circles, degrees; see [`Circle::gap`].
+    pub fn gap(&self) -> f32 {
+        self.circles.iter().fold(0.0, |largest, circle| circle.gap.max(largest))
     }
 }

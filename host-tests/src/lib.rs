@@ -9,4 +9,5 @@ pub mod monitor;
 pub mod overlay;
 pub mod picture;
 pub mod render;
+pub mod risk;
 pub mod table;

@@ -203,14 +203,31 @@ fn json_has_the_documented_shape() {
     let [target] = &targets[..] else { panic!("{targets:?}") };
     assert_eq!(
         keys(target),
-        ["blur", "circles", "contrast", "cov", "eccentricity", "eq7", "flags", "x", "y"]
+        [
+            "blur",
+            "circles",
+            "contrast",
+            "cov",
+            "eccentricity",
+            "eq7",
+            "flags",
+            "gap",
+            "model_difference",
+            "noise",
+            "residual",
+            "x",
+            "y"
+        ]
     );
     assert_eq!(target["cov"].as_array().unwrap().len(), 3);
     assert_eq!(keys(&target["eq7"]), ["x", "y"]);
     let circles = target["circles"].as_array().unwrap();
     assert_eq!(circles.len(), 2);
     for circle in circles {
-        assert_eq!(keys(circle), ["a", "b", "points", "rms", "theta", "x", "y"]);
+        assert_eq!(
+            keys(circle),
+            ["a", "b", "gap", "measured_ratio", "points", "ratio", "rms", "theta", "x", "y"]
+        );
     }
     assert!(circles[0]["a"].as_f64() > circles[1]["a"].as_f64(), "outermost first");
     assert!(target["flags"].as_array().unwrap().iter().all(Value::is_string));

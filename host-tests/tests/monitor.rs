@@ -58,7 +58,9 @@ fn target() -> Target {
         covariance: Covariance::default(),
         rms: 0.03125,
         points: 77,
+        gap: 33.75,
         ratio,
+        measured_ratio: ratio * 0.75,
     };
     let mut target = Target {
         centre: at(65536 + 16384, 2 * 65536 - 32768),
@@ -66,6 +68,7 @@ fn target() -> Target {
         eq7: at(65536, 65536),
         exact: at(-65536, 0),
         contrast: 180.5,
+        noise: 2.25,
         blur: 0.75,
         flags: Flags(Flags::LIGHT.0 | Flags::SMALL.0),
         ..Target::default()
@@ -147,12 +150,16 @@ fn each_level_of_detail_in_px_and_radians() {
     assert_eq!(
         full["circles"],
         json!([
-            {"x": 1.0078125, "y": 2.0, "a": 64.25, "b": 32.5, "theta": theta, "rms": 0.03125, "points": 77, "ratio": 1.0},
-            {"x": 1.0078125, "y": 2.0, "a": 32.125, "b": 16.25, "theta": theta, "rms": 0.03125, "points": 77, "ratio": ratio},
+            {"x": 1.0078125, "y": 2.0, "a": 64.25, "b": 32.5, "theta": theta, "rms": 0.03125, "points": 77,
+                "gap": 33.75, "ratio": 1.0, "measured_ratio": 0.7499962},
+            {"x": 1.0078125, "y": 2.0, "a": 32.125, "b": 16.25, "theta": theta, "rms": 0.03125, "points": 77,
+                "gap": 33.75, "ratio": ratio, "measured_ratio": 0.37500572},
         ])
     );
     assert_eq!((&full["eq7"], &full["exact"]), (&json!({"x": 1.0, "y": 1.0}), &json!({"x": -1.0, "y": 0.0})));
     assert_eq!((&full["contrast"], &full["blur"]), (&json!(180.5), &json!(0.75)));
+    assert_eq!((&full["noise"], &full["residual"]), (&json!(2.25), &json!(0.03125)));
+    assert_eq!((&full["gap"], &full["model_difference"]), (&json!(33.75), &json!(2.236068)));
 }
 
 #[test]

@@ -18,6 +18,22 @@ pub fn perspective<T: Real>(square: T, ratio: T) -> T {
     four * square / (root * root)
 }
 
+/// Weights of the mean with the least noise: by the inverse of these variances of the ellipse centres.
+///
+/// `None` if there are none, or too many.
+pub fn mean<T: Real>(variances: impl Iterator<Item = T> + Clone) -> Option<Weights<T>> {
+    let one = T::from(1.0);
+    let mut sum = T::from(0.0);
+    for variance in variances.clone() {
+        sum = sum + one / variance;
+    }
+    let mut weights = Weights::new();
+    for variance in variances {
+        weights.push(one / (variance * sum)).ok()?;
+    }
+    Some(weights)
+}
+
 /// Weights with which the ellipse centres give the true centre.
 ///
 /// `circles` holds for each circle, outermost first, its radius in units of the outer one and the variance of its

@@ -9,6 +9,7 @@
 //!   optical measurement", Meas. Sci. Technol. 24, 075402.
 //! * t from the distance of two ellipse centres and the shape of the outer ellipse makes it exact for any perspective
 //!   ([`perspective`]).
+//! * The correction costs noise: [`Significance`] says how much of it is worth that.
 //! * A ratio that is not given is measured by the pencil of the two conics ([`Pencil`]).
 //!
 //! Everything here is generic over `f32` and `f64`: the device calculates in f32, the desktop checks against f64.
@@ -16,7 +17,9 @@
 mod combine;
 mod pencil;
 mod real;
+mod significance;
 
-pub use combine::{Weights, perspective, weights};
+pub use combine::{Weights, mean, perspective, weights};
 pub use pencil::Pencil;
 pub use real::Real;
+pub use significance::Significance;

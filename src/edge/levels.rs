@@ -1,7 +1,8 @@
 //! The levels of a target: one dark and one bright level under one plane of illumination.
 
-use super::{Edges, Local, normal};
+use super::{Edges, Local, Outer, mean_tail, normal};
 use crate::fit::{Factor, Matrix, Shape};
+use crate::math;
 use crate::scan::{Crossing, Pool};
 
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
@@ -18,6 +19,8 @@ pub(crate) struct Levels {
     pub gy: f32,
     /// Covariance (xx, xy, yy) of the two slopes, 1/px^2.
     slopes: (f32, f32, f32),
+    /// Standard deviation of the samples about the levels of the pass before, grey levels.
+    pub noise: f32,
     /// More than one far sample in ten at the end of the grey scale.
     pub clipped: bool,
 }
@@ -26,8 +29,15 @@ impl Levels {
     /// A first look at the levels, from some of the crossings and for a blur of `sigma` px.
     pub fn first(edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32) -> Option<Self> {
         // With both levels 1 the first plane is additive: it is that of the mean level.
-        let unknown =
-            Self { dark: 1.0, bright: 1.0, gx: 0.0, gy: 0.0, slopes: (0.0, 0.0, 0.0), clipped: false };
+        let unknown = Self {
+            dark: 1.0,
+            bright: 1.0,
+            gx: 0.0,
+            gy: 0.0,
+            slopes: (0.0, 0.0, 0.0),
+            noise: 0.0,
+            clipped: false,
+        };
         let first = unknown.refine(edges, pool, sigma, Pass::First)?;
         let mean = 0.5 * (first.dark + first.bright);
         let levels = Self { gx: first.gx / mean, gy: first.gy / mean, ..first };
@@ -44,6 +54,14 @@ impl Levels {
     /// Bright minus dark at the origin, grey levels.
     pub fn contrast(&self) -> f32 {
         self.bright - self.dark
+    }
+
+    /// Variance of an edge point, px^2, that the noise gives where the edge has a blur of `sigma` px: the bound for samples
+    /// 1 px apart along it, and for a wide edge that for four samples in its middle.
+    pub fn edge_variance(&self, sigma: f32) -> f32 {
+        let share = self.noise / self.contrast();
+        // 2 sqrt(pi) sigma, and sigma^2 / (4 density(0)^2).
+        share * share * sigma * 3.545f32.max(1.571 * sigma)
     }
 
     /// Variance, px^2, that the uncertainty of the plane gives to either coordinate of the centre of `outer`, whose edge has
@@ -83,9 +101,7 @@ impl Levels {
                     let expected = mixed * (1.0 + self.gx * x + self.gy * y);
                     let residual = sample.level - expected;
                     if pass == Pass::First || residual.abs() < OUTLIER * self.contrast() {
-                        normals.add(&sample, mixed * x * scale, mixed * y * scale);
-                        normals.squares += sample.weight * residual * residual;
-                        normals.weights += sample.weight;
+                        normals.add(&sample, (mixed * x * scale, mixed * y * scale), residual);
                     }
                 }
             }
@@ -123,48 +139,66 @@ enum Pass {
     Robust { every: bool },
 }
 
-/// A grey level with the lightness that it should have.
+/// A mean grey level with the lightness that it should have.
 struct Sample {
     place: f32,
     level: f32,
     lightness: f32,
     /// 1 where the area is flat, falling towards the middle of an edge.
-    weight: f32,
-    /// Level of the far sample on this side.
+    flatness: f32,
+    pixels: f32,
+    /// Level of the far stretch on this side.
     far_level: f32,
 }
 
-/// The far and the near sample on the dark side, then the near and the far one on the light side.
+/// The far stretch and the near sample on the dark side, then the near sample and the far stretch on the light side.
 struct Samples {
     places: [f32; 4],
     levels: [f32; 4],
     lightness: [f32; 4],
-    weights: [f32; 4],
+    flatness: [f32; 4],
+    pixels: [f32; 4],
 }
 
 impl Samples {
     fn new(local: &Local, crossing: &Crossing, sigma: f32) -> Self {
-        let (places, levels) = local.outer(crossing);
-        let k = local.along / sigma;
-        let from_edge = places.map(|place| place - local.offset);
-        let neighbours = local.neighbours(from_edge, k);
-        let lightness: [f32; 4] = core::array::from_fn(|i| normal(from_edge[i] * k).0 + neighbours[i]);
-        let weights = lightness.map(|lightness| {
+        let Outer { first, levels, pixels } = local.outer(crossing);
+        let edge = local.blurred(sigma);
+        let [d, _, _, l] = pixels;
+        let mean = |z: [f32; 4]| -> [f32; 4] { core::array::from_fn(|i| mean_tail(z[i], edge.k, pixels[i])) };
+        let [h0, h1, h2, h3] = first.map(|place| place - local.offset);
+        let [z0, z1, z2, z3] = [h0, h1, h2, h3].map(|h| edge.deviation(h));
+        let [t0, t1, t2, t3] = mean([z0, z1, -z2, -z3]);
+        let mut lightness = [t0, t1, 1.0 - t2, 1.0 - t3];
+        // The next edge is nearest to the last pixel of a stretch.
+        let last = [h0 + 1.0 - d, h1, h2, h3 + l - 1.0];
+        if local.light_gap < f32::INFINITY {
+            let tails = mean(last.map(|h| (h - local.light_gap) * edge.k));
+            lightness = core::array::from_fn(|i| lightness[i] - tails[i]);
+        }
+        if local.dark_gap < f32::INFINITY {
+            let tails = mean(last.map(|h| -(h + local.dark_gap) * edge.k));
+            lightness = core::array::from_fn(|i| lightness[i] + tails[i]);
+        }
+        let [p0, p1, p2, p3] = first;
+        let places = [p0 - 0.5 * (d - 1.0), p1, p2, p3 + 0.5 * (l - 1.0)];
+        let flatness = lightness.map(|lightness| {
             let flat = 1.0 - 2.0 * lightness.min(1.0 - lightness).max(0.0);
             flat * flat * flat * flat
         });
-        Self { places, levels, lightness, weights }
+        Self { places, levels, lightness, flatness, pixels }
     }
 
-    /// The far sample of a side if it is clear of all edges, or else the near one.
+    /// The far stretch of a side if it is clear of all edges, or else the near sample.
     fn better_of(&self, far: usize, near: usize) -> Sample {
-        let clear = self.weights[far] > CLEAR;
+        let clear = self.flatness[far] > CLEAR;
         let pick = |values: &[f32; 4]| if clear { values[far] } else { values[near] };
         Sample {
             place: pick(&self.places),
             level: pick(&self.levels),
             lightness: pick(&self.lightness),
-            weight: pick(&self.weights),
+            flatness: pick(&self.flatness),
+            pixels: pick(&self.pixels),
             far_level: self.levels[far],
         }
     }
@@ -175,7 +209,7 @@ impl Samples {
 struct Normals {
     m: Matrix<4>,
     right: [f32; 4],
-    /// Weighted sum of the squared residuals of the pass before, and of the weights.
+    /// Weighted sum of the squared residuals of the pass before, and of the weights, for one pixel.
     squares: f32,
     weights: f32,
     samples: u32,
@@ -188,11 +222,12 @@ impl Normals {
         self.clipped += u32::from(level <= 0.0 || level >= 255.0);
     }
 
-    /// Adds a sample; `gx` and `gy` are its derivatives by the two slopes.
-    fn add(&mut self, sample: &Sample, gx: f32, gy: f32) {
+    /// Adds a sample; `gx` and `gy` are its derivatives by the two slopes, `residual` what the levels before leave.
+    fn add(&mut self, sample: &Sample, (gx, gy): (f32, f32), residual: f32) {
+        let weight = sample.flatness * sample.pixels;
         let terms = [1.0 - sample.lightness, sample.lightness, gx, gy];
         // The whole matrix, because rows of four are done at once where the processor can.
-        let weighted = terms.map(|term| sample.weight * term);
+        let weighted = terms.map(|term| weight * term);
         for i in 0..4 {
             for j in 0..4 {
                 self.m[i][j] += weighted[i] * terms[j];
@@ -201,15 +236,25 @@ impl Normals {
         for i in 0..4 {
             self.right[i] += weighted[i] * sample.level;
         }
+        self.squares += weight * residual * residual;
+        self.weights += sample.flatness;
     }
 
     fn solve(&self, scale: f32) -> Option<Levels> {
         let factor = Factor::new(&self.m)?;
         let [dark, bright, gx, gy] = factor.solve(self.right);
-        let variance = self.squares / self.weights * scale * scale;
-        let [_, _, xx, xy] = factor.solve([0.0, 0.0, variance, 0.0]);
-        let [_, _, _, yy] = factor.solve([0.0, 0.0, 0.0, variance]);
-        let clipped = self.clipped > self.samples / 10;
-        Some(Levels { dark, bright, gx: gx * scale, gy: gy * scale, slopes: (xx, xy, yy), clipped })
+        let variance = self.squares / self.weights;
+        let of_slopes = variance * scale * scale;
+        let [_, _, xx, xy] = factor.solve([0.0, 0.0, of_slopes, 0.0]);
+        let [_, _, _, yy] = factor.solve([0.0, 0.0, 0.0, of_slopes]);
+        Some(Levels {
+            dark,
+            bright,
+            gx: gx * scale,
+            gy: gy * scale,
+            slopes: (xx, xy, yy),
+            noise: math::sqrt(variance),
+            clipped: self.clipped > self.samples / 10,
+        })
     }
 }

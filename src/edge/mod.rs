@@ -17,7 +17,7 @@ pub(crate) use place::{measure_blur, place};
 use crate::fit::Shape;
 use crate::math;
 use crate::scan::{Axis, Crossing, CrossingList, Outline};
-use profile::normal;
+use profile::{Blurred, mean_tail, normal};
 
 /// Crossings of an outline that are used for the blur and for a first look at the levels.
 const FEW: u16 = 16;
@@ -25,6 +25,8 @@ const FEW: u16 = 16;
 const MAX_DISTANCE: f32 = 2.0;
 /// Farthest that another edge can lie to have a part in a sample's level, px on the axis.
 const MAX_GAP: f32 = 9.0;
+/// Least distance on the axis from an edge to the middle between it and the other side of its own circle, px.
+const MIN_HALF_CHORD: f32 = 2.5;
 
 /// The edge of one circle of a candidate. Edges are sorted from the outermost to the innermost.
 #[derive(Clone, Copy, Debug)]
@@ -72,10 +74,21 @@ struct Local {
     along: f32,
     /// Where the ellipse passes, counted towards light from `(x, y)`.
     offset: f32,
+    /// Curvature of the edge, 1/px, positive where it bends away from light.
+    curvature: f32,
     /// Distance to the next edge on the light side.
     light_gap: f32,
     /// Distance to the next edge on the dark side.
     dark_gap: f32,
+}
+
+/// The far stretch on the dark side, the outermost near samples and the far stretch on the light side.
+struct Outer {
+    /// Place of the pixel nearest to the edge, towards light from the crossing's pixel, px.
+    first: [f32; 4],
+    levels: [f32; 4],
+    /// Number of pixels.
+    pixels: [f32; 4],
 }
 
 /// An edge and those next to it, as crossings on one axis see them: coordinates along and across the axis, about the
@@ -83,6 +96,8 @@ struct Local {
 #[derive(Clone, Copy, Debug)]
 struct View {
     edge: Shape,
+    /// Its determinant.
+    det: f32,
     /// The next edge on the light side and on the dark side, where it is near enough to have a part in the samples.
     light: Option<Shape>,
     dark: Option<Shape>,
@@ -107,7 +122,8 @@ impl Edges<'_> {
         };
         let (outer, inner) = (near(k.checked_sub(1)), near(Some(k + 1)));
         let (light, dark) = if edge.dark_inside { (outer, inner) } else { (inner, outer) };
-        let row = View { edge: edge.shape, light, dark, dark_inside: edge.dark_inside };
+        let row =
+            View { edge: edge.shape, det: edge.shape.det(), light, dark, dark_inside: edge.dark_inside };
         let origin = (i32::from(self.origin.0), i32::from(self.origin.1));
         Some(Views { row, column: row.transposed(), origin })
     }
@@ -116,7 +132,7 @@ impl Edges<'_> {
 impl Views {
     /// `None` if the other axis is the better one here, or the crossing does not belong to this edge.
     fn local(&self, crossing: &Crossing) -> Option<Local> {
-        let x = (i32::from(crossing.x) - self.origin.0) as f32;
+        let x = (i32::from(crossing.x()) - self.origin.0) as f32;
         let y = (i32::from(crossing.y()) - self.origin.1) as f32;
         let [n0, n1, n2, n3] = crossing.near.map(i32::from);
         let rising = n2 + n3 > n0 + n1;
@@ -125,8 +141,8 @@ impl Views {
             Axis::Row => (self.row.passage(x, y, rising)?, (sign, 0.0)),
             Axis::Column => (self.column.passage(y, x, rising)?, (0.0, sign)),
         };
-        let Passage { along, ahead, light_gap, dark_gap } = passage;
-        Some(Local { x, y, axis, along, offset: sign * (ahead - 0.5), light_gap, dark_gap })
+        let Passage { along, ahead, curvature, light_gap, dark_gap } = passage;
+        Some(Local { x, y, axis, along, offset: sign * (ahead - 0.5), curvature, light_gap, dark_gap })
     }
 }
 
@@ -135,6 +151,7 @@ struct Passage {
     along: f32,
     /// Distance on the axis.
     ahead: f32,
+    curvature: f32,
     light_gap: f32,
     dark_gap: f32,
 }
@@ -142,7 +159,7 @@ struct Passage {
 impl View {
     fn transposed(&self) -> Self {
         let [light, dark] = [self.light, self.dark].map(|next| next.map(|shape| shape.transposed()));
-        Self { edge: self.edge.transposed(), light, dark, dark_inside: self.dark_inside }
+        Self { edge: self.edge.transposed(), light, dark, ..*self }
     }
 
     /// The passage before the pixel at `u` along and `v` across the axis; `rising` if the pixel is on the light side.
@@ -159,7 +176,14 @@ impl View {
         if !(depth.abs() <= MAX_DISTANCE * norm) {
             return None;
         }
+        // Half the chord on the axis: a tip so narrow that the other side has a part in the samples.
+        if gu.abs() < MIN_HALF_CHORD * self.edge.axx {
+            return None;
+        }
         let along = gu.abs() / norm;
+        // On the ellipse it is det A / |A p|^3; seen from beside, that of the similar ellipse through the point.
+        let radius_by_norm = radius / norm;
+        let curvature = self.det * radius_by_norm * radius_by_norm * radius_by_norm;
         let gap = |next: &Option<Shape>| {
             let there = next.as_ref()?.distance(u, v)?;
             Some((there - depth / norm).abs() / along).filter(|&gap| gap < MAX_GAP)
@@ -167,6 +191,7 @@ impl View {
         Some(Passage {
             along,
             ahead: -depth / gu,
+            curvature: if self.dark_inside { curvature } else { -curvature },
             light_gap: gap(&self.light).unwrap_or(f32::INFINITY),
             dark_gap: gap(&self.dark).unwrap_or(f32::INFINITY),
         })
@@ -180,10 +205,14 @@ impl Local {
         self.towards_light([-2.0, -1.0, 0.0, 1.0], [a, b, c, d])
     }
 
-    /// The outermost near samples and the far ones, in the same way.
-    fn outer(&self, crossing: &Crossing) -> ([f32; 4], [f32; 4]) {
-        let ([a, _, _, d], [far_a, far_d]) = (crossing.near, crossing.far());
-        self.towards_light([-4.0, -2.0, 1.0, 3.0], [far_a, a, d, far_d])
+    fn outer(&self, crossing: &Crossing) -> Outer {
+        let ([a, _, _, d], [mut dark, mut light]) = (crossing.near, crossing.far());
+        let levels = [dark.level, a, d, light.level];
+        let (first, levels) = self.towards_light([-4.0, -2.0, 1.0, 3.0], levels);
+        if self.sign() < 0.0 {
+            core::mem::swap(&mut dark, &mut light);
+        }
+        Outer { first, levels, pixels: [f32::from(dark.len()), 1.0, 1.0, f32::from(light.len())] }
     }
 
     fn towards_light(&self, places: [f32; 4], levels: [u8; 4]) -> ([f32; 4], [f32; 4]) {
@@ -211,6 +240,12 @@ impl Local {
             sum = core::array::from_fn(|i| sum[i] + dark[i]);
         }
         sum
+    }
+
+    /// This edge under a blur of `sigma` px.
+    fn blurred(&self, sigma: f32) -> Blurred {
+        let across = math::sqrt(1.0 - (self.along * self.along).min(1.0)) / sigma;
+        Blurred { k: self.along / sigma, across, curvature: self.curvature * sigma }
     }
 
     /// Point on the axis at `place`, about the origin, px.

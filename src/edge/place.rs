@@ -1,6 +1,6 @@
 //! Where the edge passes on the axis of a crossing, and how blurred the edges are.
 
-use super::{Edges, Levels, Local, normal};
+use super::{Blurred, Edges, Levels, Local, normal};
 use crate::scan::{Crossing, Pool};
 
 /// Most Gauss-Newton steps for an edge point.
@@ -17,6 +17,10 @@ const BLUR_START: f32 = 0.8;
 const BLUR_RANGE: (f32, f32) = (0.29, 6.0);
 /// Largest change of the blur in a pass, and of an edge point in a step, relative and px.
 const MAX_CHANGE: f32 = 0.5;
+/// Largest difference of a sample from the profile, as a share of the contrast (curved response, gradients), ...
+const MISFIT: f32 = 0.08;
+/// ... plus this many standard deviations of the noise: more is something else in front of the edge.
+const MISFIT_SIGMAS: f32 = 4.5;
 /// Slope of the edge profile below which four samples hold no edge.
 const MIN_SLOPE: f32 = 1e-3;
 
@@ -31,7 +35,7 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
             for crossing in pool.iter(edge.crossings).step_by(edge.stride()) {
                 let Some(local) = views.local(crossing) else { continue };
                 let profile = Profile::new(&local, crossing, levels, sigma);
-                if let Some(place) = profile.place() {
+                if let Some(place) = profile.place(f32::INFINITY) {
                     let (s, q) = profile.blur_slope(place);
                     slope += s;
                     square += q;
@@ -50,9 +54,10 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
 /// Places an edge point at every crossing of edge `k`.
 pub(crate) fn place(edges: &Edges<'_>, k: usize, pool: &mut Pool<'_>, levels: &Levels, sigma: f32) {
     let (Some(edge), Some(views)) = (edges.edges.get(k), edges.views(k)) else { return };
+    let tolerance = MISFIT + MISFIT_SIGMAS * levels.noise / levels.contrast();
     pool.for_each_mut(edge.crossings, |crossing| {
         let offset = views.local(crossing).and_then(|local| {
-            let place = Profile::new(&local, crossing, levels, sigma).place()?;
+            let place = Profile::new(&local, crossing, levels, sigma).place(tolerance)?;
             Some(crate::math::round(256.0 * place * local.sign()) as i16)
         });
         crossing.place(offset);
@@ -64,65 +69,74 @@ struct Profile {
     /// Places on the axis, towards light, px.
     places: [f32; 4],
     lightness: [f32; 4],
-    /// 1 / (blur along the axis), 1/px.
-    k: f32,
+    edge: Blurred,
 }
 
 impl Profile {
     fn new(local: &Local, crossing: &Crossing, levels: &Levels, sigma: f32) -> Self {
         let (places, grey) = local.near(crossing);
-        let k = local.along / sigma;
+        let edge = local.blurred(sigma);
         let scale = levels.scale(local.point(local.offset), local.axis);
         let from_edge = places.map(|place| place - local.offset);
-        let neighbours = local.neighbours(from_edge, k);
+        let neighbours = local.neighbours(from_edge, edge.k);
         let lightness = core::array::from_fn(|i| scale.lightness(grey[i], from_edge[i]) - neighbours[i]);
-        Self { places, lightness, k }
+        Self { places, lightness, edge }
     }
 
     /// The place of the edge with the least sum of squares: a matched filter, iterated from the sample nearest to half
-    /// lightness. `None` if these samples hold no edge.
-    fn place(&self) -> Option<f32> {
+    /// lightness. `None` if these samples hold no edge, or one from which a lightness differs by more than `tolerance`.
+    fn place(&self, tolerance: f32) -> Option<f32> {
         let [p0, ..] = self.places;
         let [l0, l1, l2, l3] = self.lightness;
         let pairs = [(1.0, l1, l2), (0.0, l0, l1), (2.0, l2, l3)];
         let &(before, low, high) = pairs.iter().find(|(_, low, high)| *low < 0.5 && *high >= 0.5)?;
         // From the sample nearer to the middle, by the series of the inverse of the distribution.
         let (start, from) = if 0.5 - low < high - 0.5 { (before, low) } else { (before + 1.0, high) };
-        let mut place = p0 + start - inverse_normal(from) / self.k;
+        let mut place = p0 + start - (inverse_normal(from) - 0.5 * self.edge.curvature) / self.edge.k;
+        let mut misfit = 0.0f32;
         for _ in 0..STEPS {
+            let at = self.places.map(|x| {
+                let (share, density) = normal(self.edge.deviation(x - place));
+                (share, density * self.edge.slope(x - place))
+            });
             let (mut slope, mut square) = (0.0, 0.0);
-            let at = self.places.map(|x| normal((x - place) * self.k));
-            for ((share, density), lightness) in at.iter().zip(self.lightness) {
-                slope += density * (share - lightness);
-                square += density * density;
+            misfit = 0.0;
+            for ((share, derivative), lightness) in at.iter().zip(self.lightness) {
+                slope += derivative * (share - lightness);
+                square += derivative * derivative;
+                misfit = (share - lightness).abs().max(misfit);
             }
-            if square < MIN_SLOPE {
+            if square < MIN_SLOPE * self.edge.k * self.edge.k {
                 return None;
             }
-            let step = (slope / (square * self.k)).clamp(-MAX_CHANGE, MAX_CHANGE);
+            let step = (slope / square).clamp(-MAX_CHANGE, MAX_CHANGE);
             place += step;
             if step.abs() < SETTLED {
                 break;
             }
         }
-        (place > p0 && place < p0 + 3.0).then_some(place)
+        (place > p0 && place < p0 + 3.0 && misfit <= tolerance).then_some(place)
     }
 
     /// Normal equation of the relative change of the blur, with the place free: `(right-hand side, square)`.
     fn blur_slope(&self, place: f32) -> (f32, f32) {
+        // Residual, and derivatives by the logarithm of the blur and by the place.
         let at = self.places.map(|x| {
-            let z = (x - place) * self.k;
+            let z = self.edge.deviation(x - place);
             let (share, density) = normal(z);
-            (z, share, density)
+            (share, (self.edge.curvature - z) * density, density * self.edge.slope(x - place))
         });
-        let (cross, square) = at.iter().fold((0.0, 0.0), |(cross, square), (z, _, density)| {
-            (cross + z * density * density, square + density * density)
+        let (cross, square) = at.iter().fold((0.0, 0.0), |(cross, square), (_, blur, place)| {
+            (cross + blur * place, square + place * place)
         });
-        let mean = cross / square.max(MIN_SLOPE);
-        at.iter().zip(self.lightness).fold((0.0, 0.0), |(slope, square), ((z, share, density), lightness)| {
-            let derivative = (mean - z) * density;
-            (slope + derivative * (lightness - share), square + derivative * derivative)
-        })
+        let share_of_place = cross / square.max(MIN_SLOPE * self.edge.k * self.edge.k);
+        at.iter().zip(self.lightness).fold(
+            (0.0, 0.0),
+            |(slope, square), ((share, blur, place), lightness)| {
+                let derivative = blur - share_of_place * place;
+                (slope + derivative * (lightness - share), square + derivative * derivative)
+            },
+        )
     }
 }
 

@@ -36,6 +36,44 @@ pub(crate) fn normal(z: f32) -> (f32, f32) {
     (0.5 + z * polynomial(&SHARE, square), polynomial(&DENSITY, square))
 }
 
+/// Mean share of the step over `n` pixels, the first of which is at `z` standard deviations, below 0, and which lead away from
+/// the edge by `k` each.
+#[inline]
+pub(crate) fn mean_tail(z: f32, k: f32, n: f32) -> f32 {
+    // Of more than one pixel, the integral of the tail from the border of the first.
+    let z = if n > 1.0 { z + 0.5 * k } else { z };
+    let (share, density) = normal(z);
+    if n > 1.0 { (density + z * share) / (k * n) } else { share }
+}
+
+/// A blurred edge along an axis that crosses it. Lengths in standard deviations of the blur, but on the axis in px.
+///
+/// The edge is taken as a parabola. Blur moves the level of one half towards its hollow side, by half the curvature times
+/// the variance (the diffusion equation in polar coordinates).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Blurred {
+    /// Change along the normal and along the tangent, 1/px.
+    pub k: f32,
+    pub across: f32,
+    /// Curvature, positive where the edge bends away from light.
+    pub curvature: f32,
+}
+
+impl Blurred {
+    /// Standard deviations `h` px beyond the edge on the axis.
+    #[inline]
+    pub fn deviation(&self, h: f32) -> f32 {
+        let t = self.across * h;
+        self.k * h + 0.5 * self.curvature * (1.0 + t * t)
+    }
+
+    /// Change of that with `h`, 1/px.
+    #[inline]
+    pub fn slope(&self, h: f32) -> f32 {
+        self.k + self.curvature * self.across * self.across * h
+    }
+}
+
 #[inline]
 fn polynomial(coefficients: &[f32; 8], x: f32) -> f32 {
     let [a, b, c, d, e, f, g, h] = *coefficients;

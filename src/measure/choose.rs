@@ -59,7 +59,7 @@ fn concentric(outer: &Fitted, inner: &Fitted, width: u16) -> Option<Fitted> {
     let max_offset = Offset { width, grid: limits::FITTED_CENTRE }.limit(large.semi_axes(), area_ratio);
     let max_split = limits::MAX_SPLIT + limits::SPLIT_PER_RESIDUAL * inner.adjusted.rms / b;
     let fits = b >= limits::MIN_INNER_SEMI_AXIS && ratio < 1.0 && offset <= max_offset && split <= max_split;
-    fits.then_some(Fitted { ratio, ..*inner })
+    fits.then_some(Fitted { ratio, measured_ratio: ratio, ..*inner })
 }
 
 /// Relative tolerance of the ratio of an inner circle.

@@ -1,7 +1,7 @@
 //! Fitted ellipses to a centre with its covariance: the forms of [`crate::centre`] applied.
 
 use super::ellipse::{Fitted, FittedList};
-use crate::centre::{perspective, weights};
+use crate::centre::{Significance, Weights, mean, perspective, weights};
 use crate::fit::Adjusted;
 use crate::target::{Covariance, MAX_CIRCLES, Position};
 use heapless::Vec;
@@ -55,22 +55,72 @@ impl Centre {
         (squares / free as f32).max(1.0)
     }
 
+    fn scale(&mut self, factor: f32) {
+        self.covariance.xx *= factor;
+        self.covariance.xy *= factor;
+        self.covariance.yy *= factor;
+    }
+
     pub fn position(&self, origin: (u16, u16)) -> Position {
         Position::from_origin(i32::from(origin.0), i32::from(origin.1), self.x, self.y)
     }
 }
 
-/// The weighted sum of the ellipse centres; `t` is the perspective, 0 for eq. (7).
+/// The true centre from the ellipse centres; `t` is the perspective, 0 for eq. (7).
 pub(super) fn combine(circles: &FittedList, t: f32) -> Option<Centre> {
+    let mut centre = sum(circles, &true_weights(circles, t)?)?;
+    centre.scale(centre.misfit(circles, t));
+    Some(centre)
+}
+
+/// The same with the share of the correction that is significant, and that share; `plane` as for
+/// [`Centre::total_covariance`].
+pub(super) fn significant(circles: &FittedList, t: f32, plane: f32) -> Option<(Centre, f32)> {
+    let exact = true_weights(circles, t)?;
+    let plain = mean(circles.iter().map(variance))?;
+    let mut difference = plain.clone();
+    for (difference, exact) in difference.iter_mut().zip(&exact) {
+        *difference = exact - *difference;
+    }
+    let excess = sum(circles, &exact)?.misfit(circles, t);
+    let total = |weights: &Weights<f32>| {
+        let mut centre = sum(circles, weights)?;
+        centre.scale(excess);
+        let Covariance { xx, xy, yy } = centre.total_covariance(plane);
+        Some((centre, (xx, xy, yy)))
+    };
+    let (from, mean) = total(&plain)?;
+    let (to, _) = total(&exact)?;
+    let (_, correction) = total(&difference)?;
+    let outer = Centre::of(circles.first()?).total_covariance(plane);
+    let Significance { share, unsure } =
+        Significance::new((to.x - from.x, to.y - from.y), correction, mean.0 + mean.2, outer.xx + outer.yy);
+    let mut weights = plain;
+    for (weight, difference) in weights.iter_mut().zip(&difference) {
+        *weight += share * difference;
+    }
+    let (mut centre, _) = total(&weights)?;
+    centre.covariance.xx += unsure * correction.0;
+    centre.covariance.xy += unsure * correction.1;
+    centre.covariance.yy += unsure * correction.2;
+    Some((centre, share))
+}
+
+fn true_weights(circles: &FittedList, t: f32) -> Option<Weights<f32>> {
     let mut inputs = Vec::<(f32, f32), MAX_CIRCLES>::new();
     for circle in circles {
         inputs.push((circle.ratio, variance(circle))).ok()?;
     }
+    weights(&inputs, t)
+}
+
+/// The weighted sum of the ellipse centres about the outer one: a place where the weights sum to 1.
+fn sum(circles: &FittedList, weights: &Weights<f32>) -> Option<Centre> {
     let outer = circles.first()?.adjusted.shape;
     let mut centre = Centre { x: outer.cx, y: outer.cy, covariance: Covariance::default(), swing: 0.0 };
-    for (weight, circle) in weights(&inputs, t)?.iter().zip(circles) {
+    for (weight, circle) in weights.iter().zip(circles) {
         let Adjusted { shape, covariance, .. } = circle.adjusted;
-        // About the outer centre: the weights sum to 1, so only differences of centres count.
+        // Only differences of centres count, which keeps the digits of small ones.
         centre.x += weight * (shape.cx - outer.cx);
         centre.y += weight * (shape.cy - outer.cy);
         centre.swing += weight * swing(circle);
@@ -79,10 +129,6 @@ pub(super) fn combine(circles: &FittedList, t: f32) -> Option<Centre> {
         centre.covariance.xy += square * covariance.xy;
         centre.covariance.yy += square * covariance.yy;
     }
-    let excess = centre.misfit(circles, t);
-    centre.covariance.xx *= excess;
-    centre.covariance.xy *= excess;
-    centre.covariance.yy *= excess;
     Some(centre)
 }
 

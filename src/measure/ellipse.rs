@@ -24,6 +24,8 @@ pub(super) struct Fitted {
     pub gap: u32,
     /// Radius in units of the outer circle's.
     pub ratio: f32,
+    /// The same as it was measured.
+    pub measured_ratio: f32,
 }
 
 pub(super) type FittedList = Vec<Fitted, MAX_CIRCLES>;
@@ -60,7 +62,7 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fi
         return Err(Reject::NotElliptic);
     }
     adjusted.covariance = adjusted.covariance.scaled(excess(&adjusted.shape, points(), &gate));
-    Ok(Fitted { adjusted, dark_inside: edge.dark_inside, gap, ratio: 1.0 })
+    Ok(Fitted { adjusted, dark_inside: edge.dark_inside, gap, ratio: 1.0, measured_ratio: 1.0 })
 }
 
 /// Factor on the covariance because the residuals are not independent: how much the sums over sectors exceed what they would
@@ -92,7 +94,7 @@ fn start(edge: &Edge, points: impl Iterator<Item = (i32, i32)>) -> Result<Shape,
 /// Edge point of a crossing about the origin, 1/256 px.
 fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
     let offset = i32::from(crossing.offset()?);
-    let x = 256 * (i32::from(crossing.x) - i32::from(origin.0));
+    let x = 256 * (i32::from(crossing.x()) - i32::from(origin.0));
     let y = 256 * (i32::from(crossing.y()) - i32::from(origin.1));
     Some(match crossing.axis() {
         Axis::Row => (x + offset, y),

@@ -15,11 +15,12 @@ use crate::fit::Adjusted;
 use crate::reject::Reject;
 use crate::scan::{Pool, Scanner};
 use crate::settings::{Compensation, Polarity, Settings, limits};
-use crate::target::{Circle, Covariance, Flags, MAX_CIRCLES, Target};
+use crate::target::{Circle, Flags, MAX_CIRCLES, Target};
 use choose::choose;
-use combine::{Centre, combine, measured_perspective};
-use ellipse::{FittedList, fit};
+use combine::{Centre, combine, measured_perspective, significant};
+use ellipse::{Fitted, FittedList, fit};
 use heapless::Vec;
+use sectors::PARTS;
 
 /// First guess of the blur, px, for the first look at the levels.
 const BLUR_GUESS: f32 = 0.8;
@@ -97,44 +98,59 @@ fn assemble(
     }
     let plain = Centre::of(outer);
     let eq7 = combine(circles, 0.0).ok_or(degenerate)?;
-    let exact = measured_perspective(circles).and_then(|t| combine(circles, t)).ok_or(degenerate)?;
+    let t = measured_perspective(circles).ok_or(degenerate)?;
+    let exact = combine(circles, t).ok_or(degenerate)?;
+    let plane = levels.plane_variance(&outer.adjusted.shape, blur);
+    let (auto, share) = significant(circles, t, plane).ok_or(degenerate)?;
     let chosen = match settings.compensation {
         Compensation::None => plain,
         Compensation::Eq7 => eq7,
         Compensation::Exact => exact,
+        Compensation::Auto => auto,
     };
     let mut target = Target {
         centre: chosen.position(origin),
-        covariance: chosen.total_covariance(levels.plane_variance(&outer.adjusted.shape, blur)),
+        covariance: chosen.total_covariance(plane),
         eq7: eq7.position(origin),
         exact: exact.position(origin),
         circles: Vec::new(),
         contrast: levels.contrast(),
+        noise: levels.noise,
         blur,
-        flags: flags(circles, settings, levels),
+        flags: flags(circles, settings, levels, blur),
     };
-    let added = |c: &Covariance| c.xx + c.yy - plain.covariance.xx - plain.covariance.yy;
-    let (dx, dy) = (plain.x - exact.x, plain.y - exact.y);
-    target.flags.set(Flags::INSIGNIFICANT, dx * dx + dy * dy < added(&exact.covariance));
+    target.flags.set(Flags::INSIGNIFICANT, share <= 0.0);
     for circle in circles {
-        let Adjusted { shape, covariance, rms, points } = circle.adjusted;
-        let ellipse = shape.to_ellipse(i32::from(origin.0), i32::from(origin.1));
-        let _ = target.circles.push(Circle { ellipse, covariance, rms, points, ratio: circle.ratio });
+        let _ = target.circles.push(report(circle, origin));
     }
     Ok(target)
 }
 
-fn flags(circles: &FittedList, settings: &Settings, levels: &Levels) -> Flags {
+fn report(circle: &Fitted, origin: (u16, u16)) -> Circle {
+    let Adjusted { shape, covariance, rms, points } = circle.adjusted;
+    Circle {
+        ellipse: shape.to_ellipse(i32::from(origin.0), i32::from(origin.1)),
+        covariance,
+        rms,
+        points,
+        gap: circle.gap as f32 * (360.0 / PARTS as f32),
+        ratio: circle.ratio,
+        measured_ratio: circle.measured_ratio,
+    }
+}
+
+fn flags(circles: &FittedList, settings: &Settings, levels: &Levels, blur: f32) -> Flags {
     let mut flags = Flags::default();
     flags.set(Flags::CLIPPED, levels.clipped);
     flags.set(Flags::LOW_CONTRAST, levels.contrast() < limits::FLAG_CONTRAST);
     flags.set(Flags::LIGHT, settings.spec.polarity() == Polarity::Light);
     flags.set(Flags::MEASURED_RATIO, settings.spec.ratios().is_empty());
+    let explained = limits::FLAG_RESIDUAL_NOISE * levels.edge_variance(blur);
     let mut outside = f32::INFINITY;
     for circle in circles {
         let (_, b) = circle.adjusted.shape.semi_axes();
-        let high = limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b;
-        flags.set(Flags::RESIDUAL, circle.adjusted.rms > 0.5 * high);
+        let square = circle.adjusted.rms * circle.adjusted.rms;
+        flags.set(Flags::RESIDUAL, square > explained + limits::FLAG_RESIDUAL * limits::FLAG_RESIDUAL);
         flags.set(Flags::OCCLUDED, circle.gap > limits::FLAG_GAP);
         flags.set(Flags::SMALL, b.min(outside - b) < limits::FLAG_SMALL);
         outside = b;

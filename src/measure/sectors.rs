@@ -2,8 +2,8 @@
 
 use crate::math;
 
-/// Gaps are counted in this part of a turn.
-const PARTS: u32 = 32;
+/// Gaps are counted in parts of a turn.
+pub(super) const PARTS: u32 = 32;
 /// Shortest sector, px: each has two crossings or more of a whole outline.
 const SHORTEST: f32 = 2.9;
 

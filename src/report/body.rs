@@ -15,7 +15,7 @@ pub enum Detail {
     Terse,
     /// And the outer ellipse's shape: about 26 bytes.
     Normal,
-    /// And every circle, both corrected centres, contrast and blur: about 82 bytes for two circles.
+    /// And every circle, both corrected centres, contrast, noise and blur: about 92 bytes for two circles.
     Full,
 }
 
@@ -174,6 +174,8 @@ pub struct FullEntry {
     pub exact: Position,
     /// Bright minus dark level, 1/16 grey level.
     pub contrast: u16,
+    /// Standard deviation of the grey levels in the flat areas, 1/256 grey level.
+    pub noise: u16,
     /// Standard deviation of the edge's blur, 1/256 px.
     pub blur: u16,
     /// The circles, outermost first.
@@ -191,8 +193,12 @@ pub struct CircleEntry {
     pub shape: Shape,
     /// Edge points in the fit.
     pub points: u16,
+    /// Largest angle without edge points, 1/16 degree.
+    pub gap: u16,
     /// Radius as a ratio of the outer circle's, 1/65535.
     pub ratio: u16,
+    /// The same as it was measured, 1/65535.
+    pub measured_ratio: u16,
 }
 
 impl TargetEntry {
@@ -254,6 +260,7 @@ impl FullEntry {
             eq7: target.eq7,
             exact: target.exact,
             contrast: unsigned16(target.contrast, 16.0),
+            noise: unsigned16(target.noise, 256.0),
             blur: unsigned16(target.blur, 256.0),
             circles,
         }
@@ -266,7 +273,9 @@ impl CircleEntry {
             centre: circle.ellipse.centre,
             shape: Shape::new(circle),
             points: circle.points,
+            gap: unsigned16(circle.gap, 16.0),
             ratio: unsigned16(circle.ratio, 65535.0),
+            measured_ratio: unsigned16(circle.measured_ratio, 65535.0),
         }
     }
 }

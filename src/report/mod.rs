@@ -46,7 +46,7 @@ use heapless::Vec;
 use crate::{Summary, Target};
 
 /// Version of the wire format, the first byte of every message.
-pub const WIRE_VERSION: u8 = 1;
+pub const WIRE_VERSION: u8 = 2;
 
 /// Byte that ends every message and occurs in none.
 pub const SEPARATOR: u8 = 0;
@@ -59,7 +59,7 @@ enum Kind {
     Frame = 2,
 }
 
-/// The report of a frame in the making; holds up to `N` targets, up to 256 bytes each.
+/// The report of a frame in the making; holds up to `N` targets, up to 300 bytes each.
 ///
 /// Firmware that keeps it in a static should set it up at run time (`StaticCell`): an initialised one takes its
 /// size in flash as well.

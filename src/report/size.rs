@@ -15,8 +15,8 @@ const HELLO: usize = 3 * U16 + 3 * U16 + 1 + U32 + U16 + 1;
 const HEAD: usize = U32 + 2 * U16 + Reject::ALL.len() * U32 + 3 * U32 + U32 + 1;
 const TERSE: usize = U16 + PLACE + 2 * U16 + I8 + U16;
 const SHAPE: usize = 2 * U32 + 2 * U16;
-const CIRCLE: usize = PLACE + SHAPE + 2 * U16;
-const FULL: usize = 2 * PLACE + 2 * U16 + 1 + MAX_CIRCLES * CIRCLE;
+const CIRCLE: usize = PLACE + SHAPE + 4 * U16;
+const FULL: usize = 2 * PLACE + 3 * U16 + 1 + MAX_CIRCLES * CIRCLE;
 
 /// Largest length of an encoded hello, both separators included.
 pub const HELLO_MAX_LEN: usize = 1 + framed(ENVELOPE + HELLO);

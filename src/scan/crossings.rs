@@ -11,32 +11,76 @@ pub(crate) enum Axis {
     Column,
 }
 
+/// The mean level of a stretch of pixels that leads away from an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Stretch {
+    /// Rounded; halves to the even neighbour, so that rounding moves no level on average.
+    pub level: u8,
+    /// Which of [`Self::LENGTHS`].
+    length: u8,
+}
+
+impl Stretch {
+    /// Numbers of pixels that a stretch can have, as binary logarithms.
+    const LENGTHS: [u8; 4] = [0, 1, 2, 4];
+    /// Most pixels.
+    pub const MAX: usize = 16;
+
+    /// The mean of the first of `levels`, as many as a stretch can have.
+    pub fn mean(levels: impl ExactSizeIterator<Item = u8>) -> Self {
+        let length = match levels.len() {
+            Self::MAX.. => 3,
+            4.. => 2,
+            2.. => 1,
+            _ => 0,
+        };
+        let log = Self::LENGTHS[length];
+        let sum = levels.take(1 << log).fold(0, |sum, level| sum + u16::from(level));
+        let level = match (1u16 << log) >> 1 {
+            0 => sum,
+            half => (sum + half - 1 + ((sum >> log) & 1)) >> log,
+        };
+        Self { level: level as u8, length: length as u8 }
+    }
+
+    /// Number of pixels.
+    pub fn len(self) -> u8 {
+        1 << Self::LENGTHS[usize::from(self.length) % Self::LENGTHS.len()]
+    }
+}
+
 /// A place where a row or a column passes the threshold, with the grey levels around it.
 ///
 /// The passage is between the pixel `(x, y)` and the one before it on the axis. With `u` counted along the axis from
-/// `(x, y)`, the near samples are at u = -2, -1, 0, 1 and the far ones at -4 and 3, where an edge is over.
+/// `(x, y)`, the near samples are at u = -2, -1, 0, 1 and the far stretches begin at -4 and 3, where an edge is over, and
+/// lead away from it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
-    pub x: u16,
+    /// Column, with the lengths of the stretches in the top bits.
+    x_lengths: u16,
     /// Row, with the axis in the top bit.
     y_axis: u16,
     pub near: [u8; 4],
-    /// The two far samples until the edge point is placed; then its offset on the axis from `(x, y)`, 1/256 px.
+    /// Levels of the two far stretches until the edge point is placed; then its offset on the axis from `(x, y)`, 1/256 px.
     far: [u8; 2],
     next: u16,
 }
 
 const COLUMN: u16 = 1 << 15;
+/// Columns have 12 bits: a frame is at most 4096 px wide.
+const X_BITS: u32 = 12;
 
 impl Crossing {
-    pub const ZERO: Self = Self { x: 0, y_axis: 0, near: [0; 4], far: [0; 2], next: 0 };
+    pub const ZERO: Self = Self { x_lengths: 0, y_axis: 0, near: [0; 4], far: [0; 2], next: 0 };
 
-    /// `samples` are at u = -4 to 3.
-    pub fn new(axis: Axis, x: u16, y: u16, samples: &[u8; 8]) -> Self {
+    pub fn new(axis: Axis, (x, y): (u16, u16), near: [u8; 4], [before, after]: [Stretch; 2]) -> Self {
+        let x_lengths = x | u16::from(before.length | after.length << 2) << X_BITS;
         let y_axis = y | if axis == Axis::Column { COLUMN } else { 0 };
-        let [f0, _, n0, n1, n2, n3, _, f1] = *samples;
-        let (near, far) = ([n0, n1, n2, n3], [f0, f1]);
-        Self { x, y_axis, near, far, next: NONE }
+        Self { x_lengths, y_axis, near, far: [before.level, after.level], next: NONE }
+    }
+
+    pub fn x(&self) -> u16 {
+        self.x_lengths & ((1 << X_BITS) - 1)
     }
 
     pub fn y(&self) -> u16 {
@@ -47,9 +91,11 @@ impl Crossing {
         if self.y_axis & COLUMN == 0 { Axis::Row } else { Axis::Column }
     }
 
-    /// The far samples, before the edge point is placed.
-    pub fn far(&self) -> [u8; 2] {
-        self.far
+    /// The far stretches, before the edge point is placed.
+    pub fn far(&self) -> [Stretch; 2] {
+        let lengths = (self.x_lengths >> X_BITS) as u8;
+        let [before, after] = self.far;
+        [Stretch { level: before, length: lengths & 3 }, Stretch { level: after, length: lengths >> 2 }]
     }
 
     /// The edge point's offset on the axis, 1/256 px, after it is placed; `None` where it was refused.
@@ -57,7 +103,7 @@ impl Crossing {
         Some(i16::from_le_bytes(self.far)).filter(|&offset| offset != i16::MIN)
     }
 
-    /// Replaces the far samples, which are spent, by the edge point.
+    /// Replaces the far levels, which are spent, by the edge point.
     pub fn place(&mut self, offset: Option<i16>) {
         self.far = offset.unwrap_or(i16::MIN).to_le_bytes();
     }
@@ -191,5 +237,46 @@ impl<'s> Pool<'s> {
             at = crossing.next;
             f(crossing);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stretch_has_the_mean_of_the_pixels_that_fit() {
+        for (given, used) in [(1, 1), (2, 2), (3, 2), (4, 4), (7, 4), (15, 4), (16, 16), (40, 16)] {
+            let stretch = Stretch::mean((0..given).map(|i: u8| 100 + i));
+            assert_eq!(stretch.len(), used);
+            assert!((f32::from(stretch.level) - 100.0 - 0.5 * f32::from(used - 1)).abs() <= 0.5);
+        }
+        assert_eq!(Stretch::mean([9].into_iter().take(0)).len(), 1);
+    }
+
+    /// Rounding halves up would brighten every mean of two by a quarter of a level.
+    #[test]
+    fn rounding_moves_no_level_on_average() {
+        for n in [2u8, 4, 16] {
+            let (mut rounded, mut exact) = (0.0, 0.0);
+            for first in 0..64u8 {
+                let levels = (0..n).map(|i| if i == 0 { first } else { 7 });
+                rounded += f32::from(Stretch::mean(levels).level);
+                exact += f32::from(first) / f32::from(n) + 7.0 * f32::from(n - 1) / f32::from(n);
+            }
+            assert!((rounded - exact).abs() < 0.51, "{n}: {rounded} for {exact}");
+        }
+    }
+
+    #[test]
+    fn a_crossing_keeps_place_and_stretches_apart() {
+        let (long, short) = (Stretch { level: 200, length: 3 }, Stretch { level: 40, length: 1 });
+        let mut crossing = Crossing::new(Axis::Column, (4095, 16383), [1, 2, 3, 4], [long, short]);
+        assert_eq!((crossing.x(), crossing.y(), crossing.axis()), (4095, 16383, Axis::Column));
+        assert_eq!(crossing.far(), [long, short]);
+        crossing.place(Some(-300));
+        assert_eq!((crossing.offset(), crossing.x()), (Some(-300), 4095));
+        crossing.place(None);
+        assert_eq!(crossing.offset(), None);
     }
 }

@@ -5,7 +5,7 @@
 //! neighbouring transitions have none below); an outline whose ends have all met is closed. The work is proportional
 //! to the number of transitions, except that joined outlines are renamed once a row.
 
-use super::crossings::{Axis, Crossing, CrossingList, Pool};
+use super::crossings::{Axis, Crossing, CrossingList, Pool, Stretch};
 use super::outlines::{NONE, Outlines};
 use super::rows::Rows;
 use super::runs::Transition;
@@ -22,8 +22,10 @@ const MAX_ACROSS: i32 = 5;
 const REACH: u16 = 4;
 
 pub(crate) struct Linker<'a, 's> {
-    /// The rows `y - 4` to `y + 3`; those outside the frame are not of use.
-    window: [&'a [u8]; 8],
+    /// The rows `y - 2` to `y + 1`; those outside the frame are not of use.
+    near: [&'a [u8]; 4],
+    /// The rows from `y - 4` up and from `y + 3` down that are still or already there, as far as they are of use.
+    far: [FarRows<'a>; 2],
     width: u16,
     height: u16,
     outlines: &'a mut Outlines<'s>,
@@ -45,9 +47,13 @@ impl<'a, 's> Linker<'a, 's> {
         dropped: &'a mut Dropped,
         (y, min_contrast): (u16, u8),
     ) -> Self {
-        let window = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| rows.row((y + i).saturating_sub(REACH)));
+        let near = [0, 1, 2, 3].map(|i| rows.row((y + i).saturating_sub(2)));
+        let far = [
+            FarRows::new(|i| rows.kept(y.checked_sub(REACH + i)?)),
+            FarRows::new(|i| rows.kept(y + REACH - 1 + i)),
+        ];
         let (width, height) = (rows.width(), rows.height());
-        Self { window, width, height, outlines, pool, dropped, min_step: i32::from(min_contrast) / 2, y }
+        Self { near, far, width, height, outlines, pool, dropped, min_step: i32::from(min_contrast) / 2, y }
     }
 
     /// Gives every transition of `current` its outline; `previous` is the row above.
@@ -64,7 +70,7 @@ impl<'a, 's> Linker<'a, 's> {
                 self.begin(current, 2 * j);
                 j += 1;
             } else {
-                self.proceed(previous.get(2 * i), current.get_mut(2 * j), -1);
+                self.proceed(previous.get(2 * i), current, 2 * j);
                 (i, j) = self.link_connected(previous, current, i, j);
             }
         }
@@ -92,20 +98,24 @@ impl<'a, 's> Linker<'a, 's> {
                 self.begin(current, 2 * j + 1);
                 j += 1;
             } else {
-                self.proceed(previous.get(2 * i + 1), current.get_mut(2 * j + 1), 1);
+                self.proceed(previous.get(2 * i + 1), current, 2 * j + 1);
                 return (i + 1, j + 1);
             }
         }
     }
 
-    /// An outline goes on from the transition `above` to the one `here`; `sign` is +1 where dark turns light.
-    fn proceed(&mut self, above: Option<&Transition>, here: Option<&mut Transition>, sign: i64) {
-        let (Some(above), Some(here)) = (above, here) else { return };
+    /// An outline goes on from the transition `above` to the one `at`.
+    fn proceed(&mut self, above: Option<&Transition>, current: &mut [Transition], at: usize) {
+        let x = |at: usize| current.get(at).map(|transition| transition.x);
+        let before = at.checked_sub(1).and_then(x).unwrap_or(0);
+        let after = x(at + 1).unwrap_or(self.width);
+        let (Some(above), Some(here)) = (above, current.get_mut(at)) else { return };
         let label = self.outlines.root(above.label);
         here.label = label;
-        self.add_transition(label, sign, here.x);
+        // Dark begins at the even transitions.
+        self.add_transition(label, if at.is_multiple_of(2) { -1 } else { 1 }, here.x);
         if above.x.abs_diff(here.x) <= MAX_ROW_STEP {
-            self.keep_row_crossing(label, here.x);
+            self.keep_row_crossing(label, here.x, [before, after]);
         }
         self.keep_column_crossings(label, above.x.min(here.x), above.x.max(here.x));
     }
@@ -198,18 +208,28 @@ impl<'a, 's> Linker<'a, 's> {
         }
     }
 
-    /// Keeps the crossing before column `x` of this row.
-    fn keep_row_crossing(&mut self, label: u16, x: u16) {
+    /// Keeps the crossing before column `x` of this row; its neighbours are before the columns `before` and `after`.
+    fn keep_row_crossing(&mut self, label: u16, x: u16, [before, after]: [u16; 2]) {
         if x < REACH || x + REACH > self.width {
             return;
         }
-        let [_, _, _, above, row, below, _, _] = self.window;
-        let Some(samples) = from_column(row, x - REACH) else { return };
-        if let (Some([a, b]), Some([c, d])) = (from_column(above, x - 1), from_column(below, x - 1)) {
-            let [_, _, n0, n1, n2, n3, _, _] = *samples;
-            if self.is_edge([n0, n1, n2, n3], [*a, *b, *c, *d]) {
-                self.keep(label, Crossing::new(Axis::Row, x, self.y, samples));
-            }
+        let [_, above, row, below] = self.near;
+        let (Some([a, b]), Some(near), Some([c, d])) =
+            (from_column(above, x - 1), from_column(row, x - 2), from_column(below, x - 1))
+        else {
+            return;
+        };
+        if self.is_edge(*near, [*a, *b, *c, *d]) {
+            // As far from the next crossing as from this one.
+            let length =
+                |clear: u16| usize::from(clear.saturating_sub(2 * (REACH - 1))).clamp(1, Stretch::MAX);
+            let left = row.get(..usize::from(x - REACH + 1)).unwrap_or(&[]).iter().rev();
+            let right = row.get(usize::from(x + REACH - 1)..).unwrap_or(&[]).iter();
+            let far = [
+                Stretch::mean(left.take(length(x.saturating_sub(before))).copied()),
+                Stretch::mean(right.take(length(after.saturating_sub(x))).copied()),
+            ];
+            self.keep(label, Crossing::new(Axis::Row, (x, self.y), *near, far));
         }
     }
 
@@ -218,15 +238,17 @@ impl<'a, 's> Linker<'a, 's> {
         if self.y < REACH || self.y + REACH > self.height {
             return;
         }
-        let [_, _, r0, r1, r2, r3, _, _] = self.window;
+        let [r0, r1, r2, r3] = self.near;
         for x in from.max(1)..to {
             let at = |row: &[u8]| row.get(usize::from(x)).copied().unwrap_or(0);
             let (Some([a, n1, c]), Some([b, n2, d])) = (from_column(r1, x - 1), from_column(r2, x - 1))
             else {
                 continue;
             };
-            if self.is_edge([at(r0), *n1, *n2, at(r3)], [*a, *b, *c, *d]) {
-                self.keep(label, Crossing::new(Axis::Column, x, self.y, &self.window.map(at)));
+            let near = [at(r0), *n1, *n2, at(r3)];
+            if self.is_edge(near, [*a, *b, *c, *d]) {
+                let far = self.far.map(|rows| rows.stretch(x, self.min_step));
+                self.keep(label, Crossing::new(Axis::Column, (x, self.y), near, far));
             }
         }
     }
@@ -260,6 +282,34 @@ impl<'a, 's> Linker<'a, 's> {
                 None => return self.give_up(label),
             }
         }
+    }
+}
+
+/// Rows on one side of a crossing, from near to far.
+#[derive(Clone, Copy)]
+struct FarRows<'a> {
+    rows: [&'a [u8]; FAR_ROWS],
+    len: usize,
+}
+
+/// Most rows kept on either side for a stretch on a column.
+const FAR_ROWS: usize = 4;
+
+impl<'a> FarRows<'a> {
+    /// As many of the rows that `row` gives as there are without a gap.
+    fn new(row: impl Fn(u16) -> Option<&'a [u8]>) -> Self {
+        let rows = [0, 1, 2, 3].map(row);
+        let len = rows.iter().take_while(|row| row.is_some()).count();
+        Self { rows: rows.map(|row| row.unwrap_or(&[])), len }
+    }
+
+    /// The stretch in column `x` as far as its levels differ by less than `step`.
+    fn stretch(&self, x: u16, step: i32) -> Stretch {
+        let levels = self.rows.map(|row| row.get(usize::from(x)).copied().unwrap_or(0));
+        let [first, ..] = levels.map(i32::from);
+        let flat = levels.iter().take(self.len).take_while(|&&level| (i32::from(level) - first).abs() < step);
+        let len = flat.count();
+        Stretch::mean(levels.into_iter().take(len))
     }
 }
 

@@ -62,6 +62,12 @@ impl<'s> Rows<'s> {
         self.data.get(slot).unwrap_or(&[])
     }
 
+    /// Row `y` if it is in the frame and among the last 12.
+    pub fn kept(&self, y: u16) -> Option<&[u8]> {
+        let age = self.pushed.checked_sub(y).filter(|&age| age > 0)?;
+        (usize::from(age) <= KEPT_ROWS).then(|| self.row(y))
+    }
+
     fn slot(&self, y: u16) -> core::ops::Range<usize> {
         let stride = usize::from(self.width).next_multiple_of(8);
         let first = usize::from(y) % KEPT_ROWS * stride;

@@ -69,7 +69,7 @@ pub struct Frame {
     pub ratio: u32,
     /// 0 for targets that are dark on light, 1 for light on dark.
     pub light: u32,
-    /// Correction of the centre: 0 none, 1 eq. (7), 2 exact.
+    /// Correction of the centre: 0 none, 1 eq. (7), 2 exact, 3 automatic.
     pub compensation: u32,
     /// Level of detail of the report: 0 terse, 1 normal, 2 full.
     pub detail: u32,
@@ -92,7 +92,8 @@ impl Frame {
         Ok(Settings::new(spec).compensation(match self.compensation {
             0 => Compensation::None,
             1 => Compensation::Eq7,
-            _ => Compensation::Exact,
+            2 => Compensation::Exact,
+            _ => Compensation::Auto,
         }))
     }
 

@@ -66,6 +66,8 @@ pub struct Args {
 enum Mode {
     /// The form of eq. (7) that holds under any perspective
     Exact,
+    /// `exact` as far as the correction is significant against its noise
+    Auto,
     /// Eq. (7) of Huo et al. 2013
     Eq7,
     /// The centre of the outer ellipse
@@ -76,6 +78,7 @@ impl From<Mode> for Compensation {
     fn from(mode: Mode) -> Self {
         match mode {
             Mode::Exact => Self::Exact,
+            Mode::Auto => Self::Auto,
             Mode::Eq7 => Self::Eq7,
             Mode::None => Self::None,
         }

@@ -6,10 +6,11 @@ use concentric::Target;
 use super::Outcome;
 use crate::{measure::px, picture::Picture};
 
-/// The columns. Lengths in px, `xx`, `xy`, `yy` the covariance of (x, y) in px^2, theta in radians, contrast in grey
-/// levels; `a`, `b`, `theta`, `rms` belong to the outer circle, `outer_x`, `outer_y` to the centre of its ellipse.
-pub const HEADER: &str = "image,number,x,y,xx,xy,yy,eq7_x,eq7_y,outer_x,outer_y,a,b,theta,rms,circles,eccentricity,\
-                          contrast,blur,flags\n";
+/// The columns. Lengths in px, `xx`, `xy`, `yy` the covariance of (x, y) in px^2, theta in radians, gap in degrees,
+/// contrast and noise in grey levels; `a`, `b`, `theta`, `rms` belong to the outer circle, `outer_x`, `outer_y` to the
+/// centre of its ellipse, `measured_ratio` to the innermost circle, `residual` and `gap` to all of them.
+pub const HEADER: &str = "image,number,x,y,xx,xy,yy,eq7_x,eq7_y,outer_x,outer_y,a,b,theta,rms,circles,measured_ratio,\
+                          eccentricity,model_difference,contrast,noise,blur,residual,gap,flags\n";
 
 /// The lines for `picture`; none where there is no target.
 ///
@@ -36,7 +37,10 @@ fn record(image: &str, number: usize, target: &Target) -> Vec<String> {
         [outer.ellipse.a, outer.ellipse.b, outer.ellipse.theta, outer.rms].map(|value| value.to_string()),
     );
     record.push(target.circles.len().to_string());
-    record.extend([target.eccentricity(), target.contrast, target.blur].map(|value| value.to_string()));
+    let innermost = target.circles.last().copied().unwrap_or_default();
+    record.extend([innermost.measured_ratio, target.eccentricity()].map(|value| value.to_string()));
+    record.extend([target.model_difference(), target.contrast, target.noise].map(|value| value.to_string()));
+    record.extend([target.blur, target.residual(), target.gap()].map(|value| value.to_string()));
     record.push(target.flags.names().collect::<Vec<_>>().join(" "));
     record
 }

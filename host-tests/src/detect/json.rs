@@ -28,8 +28,12 @@ struct TargetEntry {
     eq7: Place,
     circles: Vec<CircleEntry>,
     eccentricity: f32,
+    model_difference: f32,
     contrast: f32,
+    noise: f32,
     blur: f32,
+    residual: f32,
+    gap: f32,
     flags: Vec<&'static str>,
 }
 
@@ -42,6 +46,9 @@ struct CircleEntry {
     theta: f32,
     rms: f32,
     points: u16,
+    gap: f32,
+    ratio: f32,
+    measured_ratio: f32,
 }
 
 #[derive(Serialize)]
@@ -51,7 +58,8 @@ struct DroppedEntry {
     crossings: u32,
 }
 
-/// The line for `picture`, its end included. Lengths in px, `cov` in px^2, angles in radians, `ms` in milliseconds.
+/// The line for `picture`, its end included. Lengths in px, `cov` in px^2, `theta` in radians, `gap` in degrees,
+/// contrast and noise in grey levels, `ms` in milliseconds.
 ///
 /// # Errors
 /// None that a caller can cause.
@@ -84,8 +92,12 @@ impl From<&Target> for TargetEntry {
             eq7: target.eq7.into(),
             circles: target.circles.iter().map(CircleEntry::from).collect(),
             eccentricity: target.eccentricity(),
+            model_difference: target.model_difference(),
             contrast: target.contrast,
+            noise: target.noise,
             blur: target.blur,
+            residual: target.residual(),
+            gap: target.gap(),
             flags: target.flags.names().collect(),
         }
     }
@@ -94,7 +106,18 @@ impl From<&Target> for TargetEntry {
 impl From<&Circle> for CircleEntry {
     fn from(circle: &Circle) -> Self {
         let Place { x, y } = circle.ellipse.centre.into();
-        let Circle { ellipse, rms, points, .. } = *circle;
-        Self { x, y, a: ellipse.a, b: ellipse.b, theta: ellipse.theta, rms, points }
+        let Circle { ellipse, rms, points, gap, ratio, measured_ratio, .. } = *circle;
+        Self {
+            x,
+            y,
+            a: ellipse.a,
+            b: ellipse.b,
+            theta: ellipse.theta,
+            rms,
+            points,
+            gap,
+            ratio,
+            measured_ratio,
+        }
     }
 }

@@ -9,7 +9,7 @@ use crate::{
     table::{BOLD, FAINT, Table, paint},
 };
 
-const HEADER: [&str; 11] = [
+const HEADER: [&str; 13] = [
     "#",
     "x px",
     "y px",
@@ -17,9 +17,11 @@ const HEADER: [&str; 11] = [
     "eq7-C px",
     "B1-C px",
     "outer a x b px",
-    "circles",
+    "ratios",
     "contrast",
+    "noise",
     "blur px",
+    "rms px",
     "flags",
 ];
 
@@ -59,11 +61,19 @@ fn cells(number: usize, target: &Target) -> Vec<String> {
         format!("{:.4}", distance(px(target.eq7), centre)),
         format!("{:.4}", distance(px(outer.centre), centre)),
         format!("{:.2} x {:.2}", outer.a, outer.b),
-        target.circles.len().to_string(),
+        ratios(target),
         format!("{:.0}", target.contrast),
+        format!("{:.1}", target.noise),
         format!("{:.2}", target.blur),
+        format!("{:.3}", target.residual()),
         target.flags.names().collect::<Vec<_>>().join(" "),
     ]
+}
+
+/// Measured radii of the inner circles over the outer one, outermost first.
+fn ratios(target: &Target) -> String {
+    let inner = target.circles.iter().skip(1).map(|circle| format!("{:.3}", circle.measured_ratio));
+    inner.collect::<Vec<_>>().join(" ")
 }
 
 fn lost(outcome: &Outcome) -> String {

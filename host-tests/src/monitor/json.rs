@@ -1,10 +1,10 @@
-//! The lines. Lengths in px, `cov` in px^2, angles in radians, as in the lines of `detect`.
+//! The lines. Units as in the lines of `detect`.
 
 use std::f32::consts::PI;
 
 use concentric::Rejects;
 use concentric::report::{
-    CircleEntry, Details, FrameHead, FrameReport, Hello, Pixels, Shape, TargetEntry, Version,
+    CircleEntry, Details, FrameHead, FrameReport, FullEntry, Hello, Pixels, Shape, TargetEntry, Version,
 };
 use serde::{Serialize, Serializer};
 
@@ -57,11 +57,20 @@ struct Target {
     exact: Option<Place>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     circles: Vec<Circle>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    contrast: Option<f32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    blur: Option<f32>,
+    #[serde(flatten)]
+    quality: Option<Quality>,
     flags: Vec<&'static str>,
+}
+
+#[derive(Serialize)]
+struct Quality {
+    model_difference: f32,
+    contrast: f32,
+    noise: f32,
+    blur: f32,
+    /// `null` when the RMS of a circle is 1 px or more.
+    residual: Option<f32>,
+    gap: f32,
 }
 
 #[derive(Serialize)]
@@ -80,7 +89,9 @@ struct Circle {
 #[derive(Serialize)]
 struct Fit {
     points: u16,
+    gap: f32,
     ratio: f32,
+    measured_ratio: f32,
 }
 
 /// The line of a hello.
@@ -154,10 +165,35 @@ impl From<TargetEntry> for Target {
                 eq7: Some(full.eq7.into()),
                 exact: Some(full.exact.into()),
                 circles: full.circles.iter().map(Circle::from).collect(),
-                contrast: Some(f32::from(full.contrast) / 16.0),
-                blur: Some(f32::from(full.blur) / 256.0),
+                quality: Some(Quality::from(&full)),
                 ..target
             },
+        }
+    }
+}
+
+impl From<&FullEntry> for Quality {
+    fn from(full: &FullEntry) -> Self {
+        let circles = full.circles.iter().map(|entry| concentric::Circle {
+            rms: f32::from(entry.shape.rms) / 65536.0,
+            points: entry.points,
+            gap: f32::from(entry.gap) / 16.0,
+            ..Default::default()
+        });
+        let target = concentric::Target {
+            eq7: full.eq7,
+            exact: full.exact,
+            circles: circles.collect(),
+            ..Default::default()
+        };
+        let saturated = full.circles.iter().any(|entry| entry.shape.rms == u16::MAX);
+        Self {
+            model_difference: target.model_difference(),
+            contrast: f32::from(full.contrast) / 16.0,
+            noise: f32::from(full.noise) / 256.0,
+            blur: f32::from(full.blur) / 256.0,
+            residual: (!saturated).then(|| target.residual()),
+            gap: target.gap(),
         }
     }
 }
@@ -182,11 +218,12 @@ impl Circle {
 
 impl From<&CircleEntry> for Circle {
     fn from(entry: &CircleEntry) -> Self {
-        let ratio = f32::from(entry.ratio) / 65535.0;
-        Self {
-            centre: Some(entry.centre.into()),
-            fit: Some(Fit { points: entry.points, ratio }),
-            ..Self::new(&entry.shape)
-        }
+        let fit = Fit {
+            points: entry.points,
+            gap: f32::from(entry.gap) / 16.0,
+            ratio: f32::from(entry.ratio) / 65535.0,
+            measured_ratio: f32::from(entry.measured_ratio) / 65535.0,
+        };
+        Self { centre: Some(entry.centre.into()), fit: Some(fit), ..Self::new(&entry.shape) }
     }
 }

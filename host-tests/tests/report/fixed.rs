@@ -64,35 +64,43 @@ fn positions_pass_unchanged() {
 #[test]
 fn a_circle_in_wire_units() {
     let ellipse = Ellipse { centre: Position { x: 1, y: 2 }, a: 41.5, b: 30.0, theta: -0.5 };
-    let entry = circle(Circle { ellipse, rms: 0.03, points: 200, ratio: 0.5, ..Circle::default() });
+    let entry = circle(Circle {
+        ellipse,
+        rms: 0.03,
+        points: 200,
+        gap: 33.75,
+        ratio: 0.5,
+        measured_ratio: 0.25,
+        ..Circle::default()
+    });
     assert_eq!((entry.shape.a, entry.shape.b), (41 * 4096 + 2048, 30 * 4096));
     assert_eq!((entry.shape.theta, entry.shape.rms), (-5215, 1966));
-    assert_eq!((entry.points, entry.ratio), (200, 32768));
+    assert_eq!((entry.points, entry.gap, entry.ratio, entry.measured_ratio), (200, 540, 32768, 16384));
 }
 
 #[test]
 fn a_circle_out_of_range_is_sent_as_the_nearest_in_range() {
     let of = |value: f32| {
         let ellipse = Ellipse { a: value, b: value, theta: value, ..Ellipse::default() };
-        let entry = circle(Circle { ellipse, rms: value, ratio: value, ..Circle::default() });
-        (entry.shape.a, entry.shape.b, entry.shape.theta, entry.shape.rms, entry.ratio)
+        let entry = circle(Circle { ellipse, rms: value, gap: value, ratio: value, ..Circle::default() });
+        (entry.shape.a, entry.shape.b, entry.shape.theta, entry.shape.rms, entry.gap, entry.ratio)
     };
     let most = i32::MAX as u32;
-    assert_eq!(of(1e30), (most, most, i16::MAX, u16::MAX, u16::MAX));
-    assert_eq!(of(f32::INFINITY), (most, most, i16::MAX, u16::MAX, u16::MAX));
-    assert_eq!(of(-1e30), (0, 0, i16::MIN, 0, 0));
-    assert_eq!(of(f32::NAN), (0, 0, 0, u16::MAX, u16::MAX));
+    assert_eq!(of(1e30), (most, most, i16::MAX, u16::MAX, u16::MAX, u16::MAX));
+    assert_eq!(of(f32::INFINITY), (most, most, i16::MAX, u16::MAX, u16::MAX, u16::MAX));
+    assert_eq!(of(-1e30), (0, 0, i16::MIN, 0, 0, 0));
+    assert_eq!(of(f32::NAN), (0, 0, 0, u16::MAX, u16::MAX, u16::MAX));
 }
 
 #[test]
-fn contrast_and_blur_in_wire_units() {
-    let of = |contrast, blur| {
-        let full = full(&Target { contrast, blur, ..Target::default() });
-        (full.contrast, full.blur)
+fn contrast_noise_and_blur_in_wire_units() {
+    let of = |contrast, noise, blur| {
+        let full = full(&Target { contrast, noise, blur, ..Target::default() });
+        (full.contrast, full.noise, full.blur)
     };
-    assert_eq!(of(190.03, 0.8), (3040, 205));
-    assert_eq!(of(-3.0, -1.0), (0, 0));
-    assert_eq!(of(5000.0, 256.0), (u16::MAX, u16::MAX));
+    assert_eq!(of(190.03, 2.5, 0.8), (3040, 640, 205));
+    assert_eq!(of(-3.0, -2.0, -1.0), (0, 0, 0));
+    assert_eq!(of(5000.0, 300.0, 256.0), (u16::MAX, u16::MAX, u16::MAX));
 }
 
 #[test]

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use concentric::report::{DecodeError, Detail, Hello, Message, Report, SEPARATOR, Version, max_len};
+use concentric::report::{
+    DecodeError, Detail, Hello, Message, Report, SEPARATOR, Version, WIRE_VERSION, max_len,
+};
 use concentric::{Circle, Covariance, Dropped, Ellipse, Flags, Position, Reject, Summary, Target};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -15,13 +17,15 @@ fn any_position() -> impl Strategy<Value = Position> {
 
 fn any_circle() -> impl Strategy<Value = Circle> {
     let ellipse = (any_position(), any::<f32>(), any::<f32>(), -4.0f32..4.0);
-    (ellipse, any::<f32>(), any::<u16>(), 0.0f32..2.0).prop_map(
-        |((centre, a, b, theta), rms, points, ratio)| Circle {
+    (ellipse, any::<f32>(), any::<u16>(), 0.0f32..400.0, (0.0f32..2.0, 0.0f32..2.0)).prop_map(
+        |((centre, a, b, theta), rms, points, gap, (ratio, measured_ratio))| Circle {
             ellipse: Ellipse { centre, a, b, theta },
             covariance: Covariance::default(),
             rms,
             points,
+            gap,
             ratio,
+            measured_ratio,
         },
     )
 }
@@ -30,15 +34,16 @@ fn any_target() -> impl Strategy<Value = Target> {
     let covariance =
         (any::<f32>(), any::<f32>(), any::<f32>()).prop_map(|(xx, xy, yy)| Covariance { xx, xy, yy });
     let places = (any_position(), any_position(), any_position());
-    let rest = (0.0f32..5000.0, 0.0f32..300.0, any::<u16>());
+    let rest = (0.0f32..5000.0, 0.0f32..300.0, 0.0f32..300.0, any::<u16>());
     (places, covariance, vec(any_circle(), 0..=8), rest).prop_map(
-        |((centre, eq7, exact), covariance, circles, (contrast, blur, flags))| Target {
+        |((centre, eq7, exact), covariance, circles, (contrast, noise, blur, flags))| Target {
             centre,
             covariance,
             eq7,
             exact,
             circles: circles.into_iter().collect(),
             contrast,
+            noise,
             blur,
             flags: Flags(flags),
         },
@@ -263,9 +268,9 @@ fn an_intact_message_that_makes_no_sense_says_why() {
         other => panic!("{other:?}"),
     };
     assert_eq!(outcomes::<LEN>(&frame(content)), outcomes::<LEN>(&good));
-    assert_eq!(why(&[&[2], &content[1..]].concat()), DecodeError::Version(2));
-    assert_eq!(why(&[&[1, 9], &content[2..]].concat()), DecodeError::Kind(9));
-    assert_eq!(why(&[&[1, 1], &content[2..]].concat()), DecodeError::Body);
+    assert_eq!(why(&[&[WIRE_VERSION + 1], &content[1..]].concat()), DecodeError::Version(WIRE_VERSION + 1));
+    assert_eq!(why(&[&[WIRE_VERSION, 9], &content[2..]].concat()), DecodeError::Kind(9));
+    assert_eq!(why(&[&[WIRE_VERSION, 1], &content[2..]].concat()), DecodeError::Body);
     assert_eq!(why(&[content, &[0]].concat()), DecodeError::Body);
     for len in 2..content.len() {
         assert_eq!(why(&content[..len]), DecodeError::Body, "{len}");
@@ -277,7 +282,7 @@ fn an_intact_message_that_makes_no_sense_says_why() {
 #[test]
 fn an_empty_last_block_may_be_sent_or_left_out() {
     // 254 bytes without a zero, checksum included, of a kind that shows that the checksum was right.
-    let messages = (1..=255).map(|fill| frame(&[[1, 9].as_slice(), &[fill; 248]].concat()));
+    let messages = (1..=255).map(|fill| frame(&[[WIRE_VERSION, 9].as_slice(), &[fill; 248]].concat()));
     let without = messages.into_iter().find(|message| message.len() == 256).unwrap();
     assert_eq!(without[0], 0xFF);
     let with = [&without[..255], &[1, 0]].concat();

@@ -61,7 +61,9 @@ pub fn annulus(i: u32) -> Target {
         covariance: Covariance { xx: 2.5e-5, xy: 0.0, yy: 2.5e-5 },
         rms: 0.021,
         points: (190.0 * scale) as u16,
+        gap: 0.0,
         ratio: scale,
+        measured_ratio: scale * 1.001,
     };
     let mut target = Target {
         centre: at(x - 0.15, y),
@@ -69,6 +71,7 @@ pub fn annulus(i: u32) -> Target {
         eq7: at(x - 0.1499, y),
         exact: at(x - 0.15, y),
         contrast: 181.4,
+        noise: 2.1,
         blur: 0.83,
         flags: Flags::MEASURED_RATIO,
         ..Target::default()
