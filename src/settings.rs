@@ -222,6 +222,8 @@ pub(crate) mod limits {
     pub const MAX_RMS: f32 = 0.22;
     /// ... and what each px of semi-minor axis adds (lens distortion, print).
     pub const MAX_RMS_PER_AXIS: f32 = 0.004;
+    /// The same for a broken circle, as a share of that: where less is seen, less is borne.
+    pub const PARTIAL_RMS: f32 = 0.5;
     /// Largest share of the outline without edge points, in sectors of 32: above it the ellipse is a guess.
     pub const MAX_GAP: u32 = 16;
     /// Share that sets the flag `OCCLUDED`.

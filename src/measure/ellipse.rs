@@ -1,6 +1,7 @@
 //! One edge: its edge points to an ellipse.
 
 use super::sectors::{Histogram, SectorSums, Sectors};
+extern crate std;
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Sums};
 use crate::math;
@@ -10,8 +11,9 @@ use crate::settings::limits;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
-/// Most steps of a fit.
+/// Most steps of a fit: of a whole ellipse, and of arcs, which start from the search's rough one.
 const PASSES: usize = 3;
+const PASSES_PARTIAL: usize = 6;
 /// Standard deviation over the median of the absolute values of a normal distribution.
 const MEDIAN_TO_SIGMA: f32 = 1.4826;
 
@@ -44,7 +46,7 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fi
     let points = || pool.iter(edge.crossings).filter_map(|crossing| edge_point(crossing, origin));
     let mut gate = Gate::OPEN;
     let mut step = adjust(start(edge, points())?, points(), &gate)?;
-    for _ in 1..PASSES {
+    for _ in 1..if edge.partial { PASSES_PARTIAL } else { PASSES } {
         gate = step.gate();
         if step.farthest <= gate.limit && step.seen.0 & !gate.sectors == 0 {
             break;
@@ -52,13 +54,45 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fi
         step = adjust(step.adjusted.shape, points(), &gate)?;
     }
     let Step { mut adjusted, seen, .. } = step;
+    if std::env::var_os("DBG").is_some() {
+        let adj = Adjustment::new(adjusted.shape).unwrap();
+        let mut l: std::vec::Vec<_> = points()
+            .map(|(x, y)| {
+                let (x, y) = (x as f32 / 256.0, y as f32 / 256.0);
+                let v = adj.view(x, y);
+                (
+                    math::atan2(v.v, v.u).to_degrees() as i32,
+                    (1000.0
+                        * v.square_distance().sqrt()
+                        * if v.u * v.u + v.v * v.v > 1.0 { 1.0 } else { -1.0 }) as i32,
+                )
+            })
+            .collect();
+        l.sort();
+        std::println!(
+            "edge dark_inside {} partial {} centre {} {} axes {:?} rms {} n {} of {} gap {} excess {} limit {}: {:?}",
+            edge.dark_inside,
+            edge.partial,
+            adjusted.shape.cx,
+            adjusted.shape.cy,
+            adjusted.shape.semi_axes(),
+            adjusted.rms,
+            adjusted.points,
+            edge.crossings.len(),
+            seen.longest_gap(),
+            excess(&adjusted.shape, points(), &gate),
+            gate.limit,
+            l
+        );
+    }
     let (_, b) = adjusted.shape.semi_axes();
     let gap = seen.longest_gap();
     if gap > limits::MAX_GAP {
         return Err(Reject::OpenOutline);
     }
     // Also refuses NaN.
-    if !(adjusted.rms <= limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b) {
+    let share = if edge.partial { limits::PARTIAL_RMS } else { 1.0 };
+    if !(adjusted.rms <= share * (limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b)) {
         return Err(Reject::NotElliptic);
     }
     adjusted.covariance = adjusted.covariance.scaled(excess(&adjusted.shape, points(), &gate));

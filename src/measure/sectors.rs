@@ -94,8 +94,9 @@ impl Histogram {
     }
 }
 
-/// Sectors whose residuals are summed up.
+/// Sectors whose residuals are summed up, two and two where there are few points.
 const SUMS: usize = 16;
+const FEW: u16 = 64;
 /// What is left of the mean square sum on average, in units of that of independent residuals, because a fit of five terms has
 /// taken its part.
 const FITTED: f32 = 0.7;
@@ -125,9 +126,13 @@ impl SectorSums {
     /// Mean square of the sums in units of that of independent residuals, less its scatter; at least 1.
     pub fn excess(&self) -> f32 {
         let (mut total, mut filled) = (0.0, 0.0);
-        for (sum, count) in self.sums.iter().zip(self.counts).filter(|(_, count)| *count > 0) {
-            total += sum * sum / f32::from(count);
-            filled += 1.0;
+        let size = if self.count < FEW { 2 } else { 1 };
+        for (sums, counts) in self.sums.chunks(size).zip(self.counts.chunks(size)) {
+            let (sum, count) = (sums.iter().sum::<f32>(), counts.iter().sum::<u16>());
+            if count > 0 {
+                total += sum * sum / f32::from(count);
+                filled += 1.0;
+            }
         }
         let variance = self.squares / f32::from(self.count.max(1));
         // Also takes NaN, where there are no residuals.
