@@ -60,6 +60,8 @@ impl Edge {
 pub(crate) struct Edges<'e> {
     pub edges: &'e [Edge],
     pub origin: (u16, u16),
+    /// Standard deviation of the frame's noise, grey levels.
+    pub noise: f32,
 }
 
 /// A crossing as seen from its edge. Lengths on the crossing's axis, px.

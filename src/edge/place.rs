@@ -54,7 +54,7 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
 /// Places an edge point at every crossing of edge `k`.
 pub(crate) fn place(edges: &Edges<'_>, k: usize, pool: &mut Pool<'_>, levels: &Levels, sigma: f32) {
     let (Some(edge), Some(views)) = (edges.edges.get(k), edges.views(k)) else { return };
-    let tolerance = MISFIT + MISFIT_SIGMAS * levels.noise / levels.contrast();
+    let tolerance = MISFIT + MISFIT_SIGMAS * edges.noise / levels.contrast();
     pool.for_each_mut(edge.crossings, |crossing| {
         let offset = views.local(crossing).and_then(|local| {
             let place = Profile::new(&local, crossing, levels, sigma).place(tolerance)?;

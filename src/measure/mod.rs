@@ -49,7 +49,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     if edges.len() < 2 {
         return Err(Reject::Alone);
     }
-    let edges = Edges { edges: &edges, origin };
+    let edges = Edges { edges: &edges, origin, noise: scanner.noise() };
     let pool = &mut scanner.pool;
     let levels = Levels::first(&edges, pool, BLUR_GUESS).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;

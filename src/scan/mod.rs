@@ -148,6 +148,11 @@ impl<'s> Scanner<'s> {
         label
     }
 
+    /// Standard deviation of the frame's noise in the last rows, grey levels.
+    pub fn noise(&self) -> f32 {
+        self.cells.noise()
+    }
+
     /// Transitions of the last linked row, with the labels of their outlines.
     pub fn last_transitions(&self) -> &[Transition] {
         self.previous.as_slice()
