@@ -249,6 +249,11 @@ pub(crate) mod limits {
     pub const ARC_CENTRE: f32 = 2.0;
     /// An outline cut by the frame may have one in this many of all crossings that fit.
     pub const CUT_SHARE: usize = 8;
+    /// Largest deviation of the light beside an edge from that around the rest of the circle, as a share of the contrast: more is
+    /// glare or a shadow, which moves the edge by 2.5 times its blur for the whole of the contrast.
+    pub const UNEVEN: f32 = 0.02;
+    /// Room for the noise in that, standard deviations of a sector's mean.
+    pub const UNEVEN_SIGMAS: f32 = 4.0;
     /// Residuals above this many RMS are outliers.
     pub const OUTLIER: f32 = 3.5;
 }

@@ -26,6 +26,9 @@ const SECTORS: u32 = 32;
 const ON: f32 = 1.0;
 /// Distance up to which it lies beside it, px.
 const BESIDE: f32 = 2.5;
+/// Distance within which most of them lie, px, and how many.
+const NEAR: f32 = 0.45;
+const LEAST_NEAR: f32 = 0.72;
 /// Most crossings beside an arc for each one on it: a circle is left at a corner, a polygon's side or a curve that is no
 /// ellipse runs along it.
 const MOST_BESIDE: f32 = 0.4;
@@ -70,12 +73,13 @@ pub(crate) fn take(
         return None;
     }
     let frame = Frame::new(&arc.shape)?;
-    let (mut on, mut beside, mut sectors) = (0u16, 0u16, 0u32);
+    let (mut near, mut on, mut beside, mut sectors) = (0u16, 0u16, 0u16, 0u32);
     for crossing in pool.iter(*list) {
         let point = Point::new(crossing, origin);
         let square = arc.square_distance(&point);
         if square <= ON * ON {
             on += 1;
+            near += u16::from(square <= NEAR * NEAR);
             let (u, v) = frame.vector(point.x - arc.shape.cx, point.y - arc.shape.cy);
             sectors |= sector(u, v);
         } else if square <= BESIDE * BESIDE {
@@ -86,7 +90,8 @@ pub(crate) fn take(
     let expected = expected_crossings(a, b) * seen as f32 / SECTORS as f32;
     let enough = seen >= min_seen
         && f32::from(on) >= 0.5 * expected
-        && f32::from(beside) <= MOST_BESIDE * f32::from(on);
+        && f32::from(beside) <= MOST_BESIDE * f32::from(on)
+        && f32::from(near) >= LEAST_NEAR * f32::from(on);
     if !enough {
         return None;
     }

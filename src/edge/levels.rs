@@ -7,6 +7,9 @@ use crate::scan::{Crossing, Pool};
 
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
 const OUTLIER: f32 = 0.25;
+/// The same in the last pass, with room for this many standard deviations of the frame's noise.
+const LAST_OUTLIER: f32 = 0.08;
+const LAST_OUTLIER_SIGMAS: f32 = 5.0;
 /// Lightness that the levels of an edge are expected to have at the far samples before the near ones are asked.
 const CLEAR: f32 = 0.5;
 
@@ -88,6 +91,13 @@ impl Levels {
         let mut normals = Normals::default();
         // Coordinates in units of the target's size keep the system well scaled.
         let scale = edges.edges.first().map(|outer| 1.0 / outer.shape.semi_axes().0)?;
+        let limit = match pass {
+            Pass::First => f32::INFINITY,
+            Pass::Robust { every: false } => OUTLIER * self.contrast(),
+            Pass::Robust { every: true } => (LAST_OUTLIER * self.contrast()
+                + LAST_OUTLIER_SIGMAS * edges.noise)
+                .min(OUTLIER * self.contrast()),
+        };
         for (k, edge) in edges.edges.iter().enumerate() {
             let Some(views) = edges.views(k) else { continue };
             let stride = if pass == (Pass::Robust { every: true }) { 1 } else { edge.stride() };
@@ -100,7 +110,7 @@ impl Levels {
                     let mixed = self.mixed(sample.lightness);
                     let expected = mixed * (1.0 + self.gx * x + self.gy * y);
                     let residual = sample.level - expected;
-                    if pass == Pass::First || residual.abs() < OUTLIER * self.contrast() {
+                    if residual.abs() < limit {
                         normals.add(&sample, (mixed * x * scale, mixed * y * scale), residual);
                     }
                 }

@@ -35,7 +35,7 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
             for crossing in pool.iter(edge.crossings).step_by(edge.stride()) {
                 let Some(local) = views.local(crossing) else { continue };
                 let profile = Profile::new(&local, crossing, levels, sigma);
-                if let Some(place) = profile.place(f32::INFINITY) {
+                if let Some(Placed { place, .. }) = profile.place(f32::INFINITY) {
                     let (s, q) = profile.blur_slope(place);
                     slope += s;
                     square += q;
@@ -56,12 +56,21 @@ pub(crate) fn place(edges: &Edges<'_>, k: usize, pool: &mut Pool<'_>, levels: &L
     let (Some(edge), Some(views)) = (edges.edges.get(k), edges.views(k)) else { return };
     let tolerance = MISFIT + MISFIT_SIGMAS * edges.noise / levels.contrast();
     pool.for_each_mut(edge.crossings, |crossing| {
-        let offset = views.local(crossing).and_then(|local| {
-            let place = Profile::new(&local, crossing, levels, sigma).place(tolerance)?;
-            Some(crate::math::round(256.0 * place * local.sign()) as i16)
+        let placed = views.local(crossing).and_then(|local| {
+            let Placed { place, excess } = Profile::new(&local, crossing, levels, sigma).place(tolerance)?;
+            let round = |value: f32| crate::math::round(256.0 * value);
+            Some((round(place * local.sign()) as i16, round(excess).clamp(-128, 127) as i8))
         });
-        crossing.place(offset);
+        crossing.place(placed);
     });
+}
+
+/// An edge in four samples.
+struct Placed {
+    /// Its place, towards light from the crossing's pixel, px.
+    place: f32,
+    /// Lightness of the outer samples beyond what the levels give them.
+    excess: f32,
 }
 
 /// Four samples across an edge, as lightness less what the neighbouring edges add.
@@ -85,7 +94,7 @@ impl Profile {
 
     /// The place of the edge with the least sum of squares: a matched filter, iterated from the sample nearest to half
     /// lightness. `None` if these samples hold no edge, or one from which a lightness differs by more than `tolerance`.
-    fn place(&self, tolerance: f32) -> Option<f32> {
+    fn place(&self, tolerance: f32) -> Option<Placed> {
         let [p0, ..] = self.places;
         let [l0, l1, l2, l3] = self.lightness;
         let pairs = [(1.0, l1, l2), (0.0, l0, l1), (2.0, l2, l3)];
@@ -93,7 +102,7 @@ impl Profile {
         // From the sample nearer to the middle, by the series of the inverse of the distribution.
         let (start, from) = if 0.5 - low < high - 0.5 { (before, low) } else { (before + 1.0, high) };
         let mut place = p0 + start - (inverse_normal(from) - 0.5 * self.edge.curvature) / self.edge.k;
-        let mut misfit = 0.0f32;
+        let (mut misfit, mut excess) = (0.0f32, 0.0);
         for _ in 0..STEPS {
             let at = self.places.map(|x| {
                 let (share, density) = normal(self.edge.deviation(x - place));
@@ -106,6 +115,8 @@ impl Profile {
                 square += derivative * derivative;
                 misfit = (share - lightness).abs().max(misfit);
             }
+            let [(first, _), .., (last, _)] = at;
+            excess = 0.5 * (l0 - first + l3 - last);
             if square < MIN_SLOPE * self.edge.k * self.edge.k {
                 return None;
             }
@@ -115,7 +126,7 @@ impl Profile {
                 break;
             }
         }
-        (place > p0 && place < p0 + 3.0 && misfit <= tolerance).then_some(place)
+        (place > p0 && place < p0 + 3.0 && misfit <= tolerance).then_some(Placed { place, excess })
     }
 
     /// Normal equation of the relative change of the blur, with the place free: `(right-hand side, square)`.

@@ -1,7 +1,6 @@
 //! One edge: its edge points to an ellipse.
 
-use super::sectors::{Histogram, SectorSums, Sectors};
-extern crate std;
+use super::sectors::{Histogram, SectorLight, SectorSums, Sectors};
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Sums};
 use crate::math;
@@ -41,50 +40,21 @@ pub(super) fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
     list
 }
 
-/// Fits the ellipse of one edge to its edge points.
-pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fitted, Reject> {
+/// Fits the ellipse of one edge to its edge points. The noise is in units of the contrast.
+pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16), noise: f32) -> Result<Fitted, Reject> {
     let points = || pool.iter(edge.crossings).filter_map(|crossing| edge_point(crossing, origin));
-    let mut gate = Gate::OPEN;
-    let mut step = adjust(start(edge, points())?, points(), &gate)?;
+    let start = start(edge, points())?;
+    let even = even_sectors(&start, edge, pool, (origin, noise)).ok_or(Reject::NotElliptic)?;
+    let mut gate = Gate { limit: f32::INFINITY, sectors: even, even };
+    let mut step = adjust(start, points(), &gate)?;
     for _ in 1..if edge.partial { PASSES_PARTIAL } else { PASSES } {
-        gate = step.gate();
+        gate = step.gate(even);
         if step.farthest <= gate.limit && step.seen.0 & !gate.sectors == 0 {
             break;
         }
         step = adjust(step.adjusted.shape, points(), &gate)?;
     }
     let Step { mut adjusted, seen, .. } = step;
-    if std::env::var_os("DBG").is_some() {
-        let adj = Adjustment::new(adjusted.shape).unwrap();
-        let mut l: std::vec::Vec<_> = points()
-            .map(|(x, y)| {
-                let (x, y) = (x as f32 / 256.0, y as f32 / 256.0);
-                let v = adj.view(x, y);
-                (
-                    math::atan2(v.v, v.u).to_degrees() as i32,
-                    (1000.0
-                        * v.square_distance().sqrt()
-                        * if v.u * v.u + v.v * v.v > 1.0 { 1.0 } else { -1.0 }) as i32,
-                )
-            })
-            .collect();
-        l.sort();
-        std::println!(
-            "edge dark_inside {} partial {} centre {} {} axes {:?} rms {} n {} of {} gap {} excess {} limit {}: {:?}",
-            edge.dark_inside,
-            edge.partial,
-            adjusted.shape.cx,
-            adjusted.shape.cy,
-            adjusted.shape.semi_axes(),
-            adjusted.rms,
-            adjusted.points,
-            edge.crossings.len(),
-            seen.longest_gap(),
-            excess(&adjusted.shape, points(), &gate),
-            gate.limit,
-            l
-        );
-    }
     let (_, b) = adjusted.shape.semi_axes();
     let gap = seen.longest_gap();
     if gap > limits::MAX_GAP {
@@ -97,6 +67,24 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16)) -> Result<Fi
     }
     adjusted.covariance = adjusted.covariance.scaled(excess(&adjusted.shape, points(), &gate));
     Ok(Fitted { adjusted, dark_inside: edge.dark_inside, gap, ratio: 1.0, measured_ratio: 1.0 })
+}
+
+/// The sectors in which the light beside the edge is the same as around most of the circle.
+fn even_sectors(
+    shape: &Shape,
+    edge: &Edge,
+    pool: &Pool<'_>,
+    (origin, noise): ((u16, u16), f32),
+) -> Option<u128> {
+    let adjustment = Adjustment::new(*shape)?;
+    let mut light = SectorLight::new(shape.semi_axes().1);
+    for crossing in pool.iter(edge.crossings) {
+        if let Some((x, y)) = edge_point(crossing, origin) {
+            let point = adjustment.view(x as f32 / 256.0, y as f32 / 256.0);
+            light.add(point.u, point.v, crossing.excess());
+        }
+    }
+    Some(light.even(noise))
 }
 
 /// Factor on the covariance because the residuals are not independent: how much the sums over sectors exceed what they would
@@ -142,10 +130,8 @@ struct Gate {
     limit: f32,
     /// Sectors in which they may lie.
     sectors: u128,
-}
-
-impl Gate {
-    const OPEN: Self = Self { limit: f32::INFINITY, sectors: u128::MAX };
+    /// The same with those beside gaps.
+    even: u128,
 }
 
 /// An adjustment with what else the points tell.
@@ -162,9 +148,9 @@ struct Step {
 impl Step {
     /// What to use in the next step: no outliers, and no points beside a gap, where what hides the edge has a part in its
     /// profile.
-    fn gate(&self) -> Gate {
+    fn gate(&self, even: u128) -> Gate {
         let sigma = MEDIAN_TO_SIGMA * self.median;
-        Gate { limit: limits::OUTLIER * sigma, sectors: self.seen.without_ends() }
+        Gate { limit: limits::OUTLIER * sigma, sectors: self.seen.without_ends(), even }
     }
 }
 
@@ -180,7 +166,7 @@ fn adjust(shape: Shape, points: impl Iterator<Item = (i32, i32)>, gate: &Gate) -
         let distance = point.square_distance();
         if distance <= gate.limit * gate.limit {
             let sector = seen.sector(point.u, point.v);
-            seen.0 |= sector;
+            seen.0 |= sector & gate.even;
             if gate.sectors & sector != 0 {
                 adjustment.add(&point);
                 farthest = farthest.max(distance);

@@ -20,7 +20,6 @@ use choose::choose;
 use combine::{Centre, combine, measured_perspective, significant};
 use ellipse::{Fitted, FittedList, fit};
 use heapless::Vec;
-extern crate std;
 use sectors::PARTS;
 
 /// First guess of the blur, px, for the first look at the levels.
@@ -30,22 +29,6 @@ const BLUR_GUESS: f32 = 0.8;
 pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings) -> Result<Target, Reject> {
     let origin = scanner.outlines.get(head).map(candidate::origin).ok_or(Reject::BufferFull)?;
     let edges = collect(head, origin, scanner)?;
-    if std::env::var_os("DBG").is_some() {
-        std::println!(
-            "measure {head}: {:?}",
-            edges
-                .iter()
-                .map(|e| (
-                    e.shape.cx as i32 + i32::from(origin.0),
-                    e.shape.cy as i32 + i32::from(origin.1),
-                    e.shape.semi_axes(),
-                    e.dark_inside,
-                    e.partial,
-                    e.crossings.len()
-                ))
-                .collect::<std::vec::Vec<_>>()
-        );
-    }
     if edges.len() < 2 {
         return Err(Reject::Alone);
     }
@@ -56,9 +39,6 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let blur = edge::measure_blur(&edges, pool, &levels);
     let levels = levels.refined(&edges, pool, blur).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
-    if std::env::var_os("DBG").is_some() {
-        std::println!("levels {levels:?} blur {blur}");
-    }
     let fitted = fit_all(&edges, pool, &levels, blur)?;
     let circles = choose(&fitted, settings, scanner.width())?;
     assemble(&circles, settings, &levels, blur, origin)
@@ -93,7 +73,7 @@ fn fit_all(edges: &Edges<'_>, pool: &mut Pool<'_>, levels: &Levels, blur: f32) -
     let mut cause = Reject::Alone;
     for (k, edge) in edges.edges.iter().enumerate() {
         edge::place(edges, k, pool, levels, blur);
-        match fit(edge, pool, edges.origin) {
+        match fit(edge, pool, edges.origin, edges.noise / levels.contrast()) {
             Ok(fit) => {
                 let _ = fitted.push(fit);
             }

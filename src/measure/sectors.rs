@@ -1,6 +1,7 @@
 //! Where around an ellipse there are edge points, and how far from it they are.
 
 use crate::math;
+use crate::settings::limits;
 
 /// Gaps are counted in parts of a turn.
 pub(super) const PARTS: u32 = 32;
@@ -138,4 +139,60 @@ impl SectorSums {
         // Also takes NaN, where there are no residuals.
         if variance > 0.0 { (total / (filled * variance) - FITTED).max(1.0) } else { 1.0 }
     }
+}
+
+/// Most sectors.
+const MOST: usize = 128;
+
+/// Light beside the edge by sector.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SectorLight {
+    sectors: Sectors,
+    /// Sum of the excess, 1/256 of the contrast, and number of edge points.
+    sums: [(i16, u8); MOST],
+}
+
+impl SectorLight {
+    /// For an ellipse with this semi-minor axis, px.
+    pub fn new(minor: f32) -> Self {
+        Self { sectors: Sectors::new(minor), sums: [(0, 0); MOST] }
+    }
+
+    /// Adds the excess of a point.
+    pub fn add(&mut self, u: f32, v: f32, excess: i8) {
+        let sector = self.sectors.sector(u, v);
+        if let Some((sum, count)) = self.sums.get_mut(sector.trailing_zeros() as usize) {
+            *sum = sum.saturating_add(i16::from(excess));
+            *count = count.saturating_add(1);
+        }
+    }
+
+    /// The sectors whose mean is that of most, for noise in units of the contrast.
+    pub fn even(&self, noise: f32) -> u128 {
+        let mean = |sum: i16, count: u8| f32::from(sum) / (256.0 * f32::from(count.max(1)));
+        let filled =
+            || self.sums.iter().filter(|(_, count)| *count > 0).map(|&(sum, count)| mean(sum, count));
+        let middle = median(filled);
+        let mut even = 0;
+        for (i, &(sum, count)) in self.sums.iter().enumerate() {
+            let sigma = noise / math::sqrt(2.0 * f32::from(count));
+            let limit = limits::UNEVEN + limits::UNEVEN_SIGMAS * sigma;
+            if count > 0 && (mean(sum, count) - middle).abs() <= limit {
+                even |= 1 << i;
+            }
+        }
+        even
+    }
+}
+
+/// The median of some numbers from -1/2 to 1/2, to 1/256.
+fn median<I: Iterator<Item = f32>>(numbers: impl Fn() -> I) -> f32 {
+    let (mut low, mut high) = (-0.5, 0.5);
+    for _ in 0..7 {
+        let middle = 0.5 * (low + high);
+        let (below, count) =
+            numbers().fold((0, 0), |(below, count), x| (below + usize::from(x < middle), count + 1));
+        if 2 * below < count { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
 }

@@ -103,9 +103,17 @@ impl Crossing {
         Some(i16::from_le_bytes(self.far)).filter(|&offset| offset != i16::MIN)
     }
 
-    /// Replaces the far levels, which are spent, by the edge point.
-    pub fn place(&mut self, offset: Option<i16>) {
-        self.far = offset.unwrap_or(i16::MIN).to_le_bytes();
+    /// Lightness beside the edge beyond what the target's levels give, 1/256 of the contrast, after it is placed.
+    pub fn excess(&self) -> i8 {
+        let [excess, ..] = self.near;
+        excess as i8
+    }
+
+    /// Replaces the levels, which are spent, by the edge point's offset and excess.
+    pub fn place(&mut self, placed: Option<(i16, i8)>) {
+        let (offset, excess) = placed.unwrap_or((i16::MIN, 0));
+        self.far = offset.to_le_bytes();
+        self.near[0] = excess as u8;
     }
 }
 
