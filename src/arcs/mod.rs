@@ -4,12 +4,15 @@
 //! 1. [`Points`]: some of an outline's crossings, in the order of the outline.
 //! 2. [`free`]: the ellipse of any long arc among them; [`around`]: the one of a circle concentric with a known one.
 //! 3. [`take`]: the crossings of that arc, if there are enough of them in the right places.
+//! 4. [`shows_paper`]: a letter C is an open ring, but nothing lies over it.
 //!
 //! The work of a search is bounded: 64 points, 64 trials, and [`limits::MAX_SEARCHES`](crate::settings::limits) a frame.
 
+mod gap;
 mod points;
 mod search;
 
+pub(crate) use gap::shows_paper;
 pub(crate) use points::Points;
 pub(crate) use search::{around, common, free};
 

@@ -52,6 +52,7 @@ pub(super) fn add(label: u16, waiting: &mut Waiting, scanner: &mut Scanner<'_>) 
     let about = origin(&outline);
     let mut anchors = anchors(&outline, waiting, scanner);
     let (mut found, mut slot) = (0, label);
+    let mut placed = Vec::<(Arc, CrossingList, u16), MAX_ARCS>::new();
     while found < MAX_ARCS {
         let Some((arc, taken)) = next_arc(&mut list, &anchors, found == 0, about, scanner) else { break };
         found += 1;
@@ -62,8 +63,10 @@ pub(super) fn add(label: u16, waiting: &mut Waiting, scanner: &mut Scanner<'_>) 
                 if slot == NONE { scanner.open_outline() } else { core::mem::replace(&mut slot, NONE) };
             place(label, &arc, taken, (about, outline.cut), scanner);
             waiting.insert(label, scanner);
+            let _ = placed.push((arc, taken, label));
         }
     }
+    mark_open(&placed, list, about, scanner);
     if found == 0 {
         if let Some(outline) = scanner.outlines.get_mut(label) {
             outline.crossings = list;
@@ -75,6 +78,24 @@ pub(super) fn add(label: u16, waiting: &mut Waiting, scanner: &mut Scanner<'_>) 
         scanner.outlines.free(slot);
     }
     true
+}
+
+/// Marks the outer circle of an open ring in whose gap nothing lies.
+fn mark_open(
+    placed: &[(Arc, CrossingList, u16)],
+    rest: CrossingList,
+    about: (u16, u16),
+    scanner: &mut Scanner<'_>,
+) {
+    let [(a, a_list, a_label), (b, b_list, b_label), ..] = placed else { return };
+    let a_is_outer = a.shape.det() < b.shape.det();
+    let circles = if a_is_outer { [(a, *a_list), (b, *b_list)] } else { [(b, *b_list), (a, *a_list)] };
+    if a.dark_inside != b.dark_inside && arcs::shows_paper(circles, rest, &scanner.pool, about) {
+        let outer = if a_is_outer { *a_label } else { *b_label };
+        if let Some(outer) = scanner.outlines.get_mut(outer) {
+            outer.open = true;
+        }
+    }
 }
 
 /// The circles of waiting outlines inside the box of `outline`, about its origin.
@@ -180,6 +201,8 @@ fn join(
     let outline = outlines.get_mut(label)?;
     set_arc(outline, &arc, about);
     outline.crossings = joined;
+    // Two pieces with something between them.
+    outline.open = false;
     Some(arc)
 }
 

@@ -53,6 +53,9 @@ fn collect(head: u16, origin: (u16, u16), scanner: &Scanner<'_>) -> Result<Vec<E
         if edges.is_full() {
             break;
         }
+        if outline.open {
+            return Err(Reject::OpenOutline);
+        }
         let own = candidate::origin(outline);
         let shift = |own: u16, origin: u16| (i32::from(origin) - i32::from(own)) as f32;
         let shape = candidate::shape(outline)?.about(shift(own.0, origin.0), shift(own.1, origin.1));

@@ -103,6 +103,8 @@ pub(crate) struct Outline {
     pub ready: u16,
     /// Only arcs of it are seen; its moments and box are those of the whole ellipse.
     pub partial: bool,
+    /// Nothing lies in its gap: it is open by itself.
+    pub open: bool,
     /// Touches the frame's border.
     pub cut: bool,
     /// Part of it, or of its crossings, is lost.
@@ -123,6 +125,7 @@ impl Outline {
         inner: 0,
         ready: 0,
         partial: false,
+        open: false,
         cut: false,
         lossy: false,
     };

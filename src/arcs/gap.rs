@@ -1,0 +1,81 @@
+//! Whether anything lies in the gap of an open ring.
+
+use super::Arc;
+use super::points::Point;
+use crate::fit::{Factor, Matrix};
+use crate::scan::{Crossing, CrossingList, Pool};
+
+/// Distance from both circles from which on a crossing is one of the ring's ends, px.
+const CLEAR: f32 = 1.5;
+/// Fewest crossings of the ends.
+const MIN_ENDS: u16 = 2;
+/// Largest difference of the gap's level from the paper's, as a share of the contrast, with which it is paper.
+const SAME: f32 = 0.05;
+
+/// Whether a ring that is open between `circles`, the outer and the inner one with their crossings, shows paper in its gap: then
+/// it is a letter C and no target with something over it. The ends of the ring are looked for in `rest`.
+pub(crate) fn shows_paper(
+    circles: [(&Arc, CrossingList); 2],
+    rest: CrossingList,
+    pool: &Pool<'_>,
+    origin: (u16, u16),
+) -> bool {
+    let [(outer, _), (inner, _)] = circles;
+    let scale = 1.0 / outer.shape.semi_axes().0;
+    let place = |point: &Point| [1.0, (point.x - outer.shape.cx) * scale, (point.y - outer.shape.cy) * scale];
+    let mut normals = Normals::default();
+    for crossing in circles.iter().flat_map(|(_, list)| pool.iter(*list)) {
+        normals.add(place(&Point::new(crossing, origin)), levels(crossing));
+    }
+    let Some((light, contrast)) = normals.solve() else { return false };
+    let (mut sum, mut ends) = (0.0, 0u16);
+    for crossing in pool.iter(rest) {
+        let point = Point::new(crossing, origin);
+        let beside = |arc: &Arc| arc.shape.distance(point.x, point.y).unwrap_or(f32::NEG_INFINITY);
+        if beside(outer) < -CLEAR && beside(inner) > CLEAR {
+            let expected = place(&point).iter().zip(light).fold(0.0, |sum, (x, l)| sum + x * l);
+            sum += levels(crossing).1 - expected;
+            ends += 1;
+        }
+    }
+    ends >= MIN_ENDS && sum.abs() < SAME * contrast * f32::from(ends)
+}
+
+/// Dark and light level beside a crossing.
+fn levels(crossing: &Crossing) -> (f32, f32) {
+    let [before, after] = crossing.far().map(|stretch| f32::from(stretch.level));
+    let [n0, n1, n2, n3] = crossing.near.map(u16::from);
+    if n2 + n3 > n0 + n1 { (before, after) } else { (after, before) }
+}
+
+/// Normal equations of the plane of the light levels.
+#[derive(Default)]
+struct Normals {
+    m: Matrix<3>,
+    right: [f32; 3],
+    dark: f32,
+    light: f32,
+    count: f32,
+}
+
+impl Normals {
+    fn add(&mut self, terms: [f32; 3], (dark, light): (f32, f32)) {
+        for (row, a) in self.m.iter_mut().zip(terms) {
+            for (entry, b) in row.iter_mut().zip(terms) {
+                *entry += a * b;
+            }
+        }
+        for (right, term) in self.right.iter_mut().zip(terms) {
+            *right += term * light;
+        }
+        self.dark += dark;
+        self.light += light;
+        self.count += 1.0;
+    }
+
+    /// The plane, and the mean contrast.
+    fn solve(&self) -> Option<([f32; 3], f32)> {
+        let plane = Factor::new(&self.m)?.solve(self.right);
+        Some((plane, (self.light - self.dark) / self.count))
+    }
+}
