@@ -249,6 +249,13 @@ pub(crate) mod limits {
     pub const ARC_CENTRE: f32 = 2.0;
     /// An outline cut by the frame may have one in this many of all crossings that fit.
     pub const CUT_SHARE: usize = 8;
+    /// Residual of a target's levels, in standard deviations of the samples across its edges, above which something else than the
+    /// print has a part in them.
+    pub const DISTURBED: f32 = 2.0;
+    /// Largest difference of a sample from the profile of its edge, as a share of the contrast (curved response, gradients), ...
+    pub const MISFIT: f32 = 0.06;
+    /// ... plus this many standard deviations of the noise: more is something else in front of the edge.
+    pub const MISFIT_SIGMAS: f32 = 4.0;
     /// Largest deviation of the light beside an edge from that around the rest of the circle, as a share of the contrast: more is
     /// glare or a shadow, which moves the edge by 2.5 times its blur for the whole of the contrast.
     pub const UNEVEN: f32 = 0.02;

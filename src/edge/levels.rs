@@ -1,13 +1,13 @@
 //! The levels of a target: one dark and one bright level under one plane of illumination.
 
-use super::{Edges, Local, Outer, mean_tail, normal};
+use super::{Blur, Edges, Local, Outer, mean_tail, normal};
 use crate::fit::{Factor, Matrix, Shape};
 use crate::math;
 use crate::scan::{Crossing, Pool};
 
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
 const OUTLIER: f32 = 0.25;
-/// The same in the last pass, with room for this many standard deviations of the frame's noise.
+/// The same in the last pass, with room for this many standard deviations of the noise.
 const LAST_OUTLIER: f32 = 0.08;
 const LAST_OUTLIER_SIGMAS: f32 = 5.0;
 /// Lightness that the levels of an edge are expected to have at the far samples before the near ones are asked.
@@ -41,17 +41,18 @@ impl Levels {
             noise: 0.0,
             clipped: false,
         };
-        let first = unknown.refine(edges, pool, sigma, Pass::First)?;
+        let blur = Blur { sigma, noise: 0.0 };
+        let first = unknown.refine(edges, pool, &blur, Pass::First)?;
         let mean = 0.5 * (first.dark + first.bright);
         let levels = Self { gx: first.gx / mean, gy: first.gy / mean, ..first };
-        levels.refine(edges, pool, sigma, Pass::Robust { every: false })
+        levels.refine(edges, pool, &blur, Pass::Robust { every: false })
     }
 
-    /// The levels by least squares over the samples of every crossing, each with the lightness that the ellipses and a
-    /// blur of `sigma` px give it. Shading is multiplicative, so the plane's slope is proportional to the level. What is
+    /// The levels by least squares over the samples of every crossing, each with the lightness that the ellipses and the
+    /// blur give it. Shading is multiplicative, so the plane's slope is proportional to the level. What is
     /// far from `self` is left out.
-    pub fn refined(&self, edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32) -> Option<Self> {
-        self.refine(edges, pool, sigma, Pass::Robust { every: true })
+    pub fn refined(&self, edges: &Edges<'_>, pool: &Pool<'_>, blur: &Blur) -> Option<Self> {
+        self.refine(edges, pool, blur, Pass::Robust { every: true })
     }
 
     /// Bright minus dark at the origin, grey levels.
@@ -87,16 +88,17 @@ impl Levels {
         Scale { gain, slope: gain * slope, dark: self.dark / self.contrast() }
     }
 
-    fn refine(&self, edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32, pass: Pass) -> Option<Self> {
+    fn refine(&self, edges: &Edges<'_>, pool: &Pool<'_>, blur: &Blur, pass: Pass) -> Option<Self> {
+        let Blur { sigma, noise } = *blur;
         let mut normals = Normals::default();
         // Coordinates in units of the target's size keep the system well scaled.
         let scale = edges.edges.first().map(|outer| 1.0 / outer.shape.semi_axes().0)?;
         let limit = match pass {
             Pass::First => f32::INFINITY,
             Pass::Robust { every: false } => OUTLIER * self.contrast(),
-            Pass::Robust { every: true } => (LAST_OUTLIER * self.contrast()
-                + LAST_OUTLIER_SIGMAS * edges.noise)
-                .min(OUTLIER * self.contrast()),
+            Pass::Robust { every: true } => {
+                (LAST_OUTLIER + LAST_OUTLIER_SIGMAS * noise).min(OUTLIER) * self.contrast()
+            }
         };
         for (k, edge) in edges.edges.iter().enumerate() {
             let Some(views) = edges.views(k) else { continue };

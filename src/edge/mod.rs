@@ -12,7 +12,7 @@ mod place;
 mod profile;
 
 pub(crate) use levels::Levels;
-pub(crate) use place::{measure_blur, place};
+pub(crate) use place::{Blur, measure_blur, place};
 
 use crate::fit::Shape;
 use crate::math;
@@ -60,8 +60,6 @@ impl Edge {
 pub(crate) struct Edges<'e> {
     pub edges: &'e [Edge],
     pub origin: (u16, u16),
-    /// Standard deviation of the frame's noise, grey levels.
-    pub noise: f32,
 }
 
 /// A crossing as seen from its edge. Lengths on the crossing's axis, px.

@@ -1,7 +1,8 @@
 //! Where the edge passes on the axis of a crossing, and how blurred the edges are.
 
 use super::{Blurred, Edges, Levels, Local, normal};
-use crate::scan::{Crossing, Pool};
+use crate::fit::Spread;
+use crate::scan::{Crossing, EdgePoint, Pool};
 
 /// Most Gauss-Newton steps for an edge point.
 const STEPS: usize = 3;
@@ -13,64 +14,95 @@ const BLUR_PASSES: usize = 5;
 const BLUR_SETTLED: f32 = 0.01;
 /// First guess of the blur, px: a sharp lens and the pixel's own box.
 const BLUR_START: f32 = 0.8;
+/// Misfit of a profile above which it tells nothing of the blur, as a share of the contrast, with room for this many standard
+/// deviations of the samples in the pass before.
+const BLUR_OUTLIER: f32 = 0.04;
+const BLUR_OUTLIER_SIGMAS: f32 = 4.0;
 /// The blur is kept in this range, px.
 const BLUR_RANGE: (f32, f32) = (0.29, 6.0);
 /// Largest change of the blur in a pass, and of an edge point in a step, relative and px.
 const MAX_CHANGE: f32 = 0.5;
-/// Largest difference of a sample from the profile, as a share of the contrast (curved response, gradients), ...
-const MISFIT: f32 = 0.08;
-/// ... plus this many standard deviations of the noise: more is something else in front of the edge.
-const MISFIT_SIGMAS: f32 = 4.5;
+/// Mean square of a residual over that of the noise: of four samples one has gone into the place.
+const ONE_FREE: f32 = 4.0 / 3.0;
 /// Slope of the edge profile below which four samples hold no edge.
 const MIN_SLOPE: f32 = 1e-3;
 
-/// Standard deviation of the edges' profile, px: the one with which the profile fits best at a sample of crossings of
-/// every edge, with each edge in its best place.
-pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) -> f32 {
+/// What the edges' profiles tell.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Blur {
+    /// Standard deviation of the profile, px.
+    pub sigma: f32,
+    /// Standard deviation of a sample about it, as a share of the contrast.
+    pub noise: f32,
+}
+
+/// The blur with which the profile fits best at a sample of crossings of every edge, with each edge in its best place.
+pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) -> Blur {
     let mut sigma = BLUR_START;
+    let mut noise = f32::INFINITY;
     for _ in 0..BLUR_PASSES {
         let (mut slope, mut square) = (0.0, 0.0);
+        let limit = BLUR_OUTLIER + BLUR_OUTLIER_SIGMAS * noise;
+        let mut spread = Spread::default();
         for (k, edge) in edges.edges.iter().enumerate() {
             let Some(views) = edges.views(k) else { continue };
             for crossing in pool.iter(edge.crossings).step_by(edge.stride()) {
                 let Some(local) = views.local(crossing) else { continue };
                 let profile = Profile::new(&local, crossing, levels, sigma);
-                if let Some(Placed { place, .. }) = profile.place(f32::INFINITY) {
-                    let (s, q) = profile.blur_slope(place);
+                let Some(placed) = profile.place() else { continue };
+                placed.residuals.iter().for_each(|residual| spread.add(ONE_FREE * residual * residual));
+                if placed.misfit() <= limit {
+                    let (s, q) = profile.blur_slope(placed.place);
                     slope += s;
                     square += q;
                 }
             }
         }
+        noise = spread.sigma();
         let change = if square > 0.0 { (slope / square).clamp(-MAX_CHANGE, MAX_CHANGE) } else { 0.0 };
         sigma = (sigma * (1.0 + change)).clamp(BLUR_RANGE.0, BLUR_RANGE.1);
         if change.abs() < BLUR_SETTLED {
             break;
         }
     }
-    sigma
+    Blur { sigma, noise }
 }
 
-/// Places an edge point at every crossing of edge `k`.
-pub(crate) fn place(edges: &Edges<'_>, k: usize, pool: &mut Pool<'_>, levels: &Levels, sigma: f32) {
-    let (Some(edge), Some(views)) = (edges.edges.get(k), edges.views(k)) else { return };
-    let tolerance = MISFIT + MISFIT_SIGMAS * edges.noise / levels.contrast();
+/// Places an edge point at every crossing of edge `k`. Gives the standard deviation of the samples about it, as a share of the
+/// contrast.
+pub(crate) fn place(edges: &Edges<'_>, k: usize, pool: &mut Pool<'_>, levels: &Levels, sigma: f32) -> f32 {
+    let mut noise = Spread::default();
+    let (Some(edge), Some(views)) = (edges.edges.get(k), edges.views(k)) else { return 0.0 };
     pool.for_each_mut(edge.crossings, |crossing| {
         let placed = views.local(crossing).and_then(|local| {
-            let Placed { place, excess } = Profile::new(&local, crossing, levels, sigma).place(tolerance)?;
+            let placed = Profile::new(&local, crossing, levels, sigma).place()?;
+            placed.residuals.iter().for_each(|residual| noise.add(ONE_FREE * residual * residual));
+            let [first, .., last] = placed.residuals;
             let round = |value: f32| crate::math::round(256.0 * value);
-            Some((round(place * local.sign()) as i16, round(excess).clamp(-128, 127) as i8))
+            Some(EdgePoint {
+                offset: round(placed.place * local.sign()) as i16,
+                excess: round(0.5 * (first + last)).clamp(-128, 127) as i8,
+                misfit: round(placed.misfit()).clamp(0, 255) as u8,
+            })
         });
         crossing.place(placed);
     });
+    noise.sigma()
 }
 
 /// An edge in four samples.
 struct Placed {
     /// Its place, towards light from the crossing's pixel, px.
     place: f32,
-    /// Lightness of the outer samples beyond what the levels give them.
-    excess: f32,
+    /// Lightness of the samples beyond what the edge gives them.
+    residuals: [f32; 4],
+}
+
+impl Placed {
+    /// Largest residual.
+    fn misfit(&self) -> f32 {
+        self.residuals.iter().fold(0.0, |most, residual| most.max(residual.abs()))
+    }
 }
 
 /// Four samples across an edge, as lightness less what the neighbouring edges add.
@@ -93,8 +125,8 @@ impl Profile {
     }
 
     /// The place of the edge with the least sum of squares: a matched filter, iterated from the sample nearest to half
-    /// lightness. `None` if these samples hold no edge, or one from which a lightness differs by more than `tolerance`.
-    fn place(&self, tolerance: f32) -> Option<Placed> {
+    /// lightness. `None` if these samples hold no edge.
+    fn place(&self) -> Option<Placed> {
         let [p0, ..] = self.places;
         let [l0, l1, l2, l3] = self.lightness;
         let pairs = [(1.0, l1, l2), (0.0, l0, l1), (2.0, l2, l3)];
@@ -102,21 +134,20 @@ impl Profile {
         // From the sample nearer to the middle, by the series of the inverse of the distribution.
         let (start, from) = if 0.5 - low < high - 0.5 { (before, low) } else { (before + 1.0, high) };
         let mut place = p0 + start - (inverse_normal(from) - 0.5 * self.edge.curvature) / self.edge.k;
-        let (mut misfit, mut excess) = (0.0f32, 0.0);
+        let mut residuals = [0.0; 4];
         for _ in 0..STEPS {
             let at = self.places.map(|x| {
                 let (share, density) = normal(self.edge.deviation(x - place));
                 (share, density * self.edge.slope(x - place))
             });
             let (mut slope, mut square) = (0.0, 0.0);
-            misfit = 0.0;
-            for ((share, derivative), lightness) in at.iter().zip(self.lightness) {
-                slope += derivative * (share - lightness);
+            for ((residual, (share, derivative)), lightness) in
+                residuals.iter_mut().zip(at).zip(self.lightness)
+            {
+                *residual = lightness - share;
+                slope -= derivative * *residual;
                 square += derivative * derivative;
-                misfit = (share - lightness).abs().max(misfit);
             }
-            let [(first, _), .., (last, _)] = at;
-            excess = 0.5 * (l0 - first + l3 - last);
             if square < MIN_SLOPE * self.edge.k * self.edge.k {
                 return None;
             }
@@ -126,7 +157,7 @@ impl Profile {
                 break;
             }
         }
-        (place > p0 && place < p0 + 3.0 && misfit <= tolerance).then_some(Placed { place, excess })
+        (place > p0 && place < p0 + 3.0).then_some(Placed { place, residuals })
     }
 
     /// Normal equation of the relative change of the blur, with the place free: `(right-hand side, square)`.

@@ -1,8 +1,8 @@
 //! One edge: its edge points to an ellipse.
 
-use super::sectors::{Histogram, SectorLight, SectorSums, Sectors};
+use super::sectors::{SectorLight, SectorSums, Sectors};
 use crate::edge::Edge;
-use crate::fit::{Adjusted, Adjustment, Shape, Sums};
+use crate::fit::{Adjusted, Adjustment, Shape, Spread, Sums};
 use crate::math;
 use crate::reject::Reject;
 use crate::scan::{Axis, Crossing, Pool};
@@ -13,8 +13,6 @@ use heapless::Vec;
 /// Most steps of a fit: of a whole ellipse, and of arcs, which start from the search's rough one.
 const PASSES: usize = 3;
 const PASSES_PARTIAL: usize = 6;
-/// Standard deviation over the median of the absolute values of a normal distribution.
-const MEDIAN_TO_SIGMA: f32 = 1.4826;
 
 /// An edge after its fit.
 #[derive(Clone, Copy, Debug)]
@@ -42,9 +40,14 @@ pub(super) fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
 
 /// Fits the ellipse of one edge to its edge points. The noise is in units of the contrast.
 pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16), noise: f32) -> Result<Fitted, Reject> {
-    let points = || pool.iter(edge.crossings).filter_map(|crossing| edge_point(crossing, origin));
+    let tolerance = 256.0 * (limits::MISFIT + limits::MISFIT_SIGMAS * noise);
+    let sound = move |crossing: &&Crossing| {
+        crossing.edge_point().is_some_and(|point| f32::from(point.misfit) <= tolerance)
+    };
+    let crossings = || pool.iter(edge.crossings).filter(sound);
+    let points = || crossings().filter_map(|crossing| edge_point(crossing, origin));
     let start = start(edge, points())?;
-    let even = even_sectors(&start, edge, pool, (origin, noise)).ok_or(Reject::NotElliptic)?;
+    let even = even_sectors(&start, crossings(), origin, noise).ok_or(Reject::NotElliptic)?;
     let mut gate = Gate { limit: f32::INFINITY, sectors: even, even };
     let mut step = adjust(start, points(), &gate)?;
     for _ in 1..if edge.partial { PASSES_PARTIAL } else { PASSES } {
@@ -70,18 +73,18 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16), noise: f32) 
 }
 
 /// The sectors in which the light beside the edge is the same as around most of the circle.
-fn even_sectors(
+fn even_sectors<'c>(
     shape: &Shape,
-    edge: &Edge,
-    pool: &Pool<'_>,
-    (origin, noise): ((u16, u16), f32),
+    crossings: impl Iterator<Item = &'c Crossing>,
+    origin: (u16, u16),
+    noise: f32,
 ) -> Option<u128> {
     let adjustment = Adjustment::new(*shape)?;
     let mut light = SectorLight::new(shape.semi_axes().1);
-    for crossing in pool.iter(edge.crossings) {
-        if let Some((x, y)) = edge_point(crossing, origin) {
-            let point = adjustment.view(x as f32 / 256.0, y as f32 / 256.0);
-            light.add(point.u, point.v, crossing.excess());
+    for crossing in crossings {
+        if let (Some(point), Some((x, y))) = (crossing.edge_point(), edge_point(crossing, origin)) {
+            let view = adjustment.view(x as f32 / 256.0, y as f32 / 256.0);
+            light.add(view.u, view.v, point.excess);
         }
     }
     Some(light.even(noise))
@@ -115,7 +118,7 @@ fn start(edge: &Edge, points: impl Iterator<Item = (i32, i32)>) -> Result<Shape,
 
 /// Edge point of a crossing about the origin, 1/256 px.
 fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
-    let offset = i32::from(crossing.offset()?);
+    let offset = i32::from(crossing.edge_point()?.offset);
     let x = 256 * (i32::from(crossing.x()) - i32::from(origin.0));
     let y = 256 * (i32::from(crossing.y()) - i32::from(origin.1));
     Some(match crossing.axis() {
@@ -141,16 +144,15 @@ struct Step {
     seen: Sectors,
     /// Distance of the farthest point that was used from the ellipse before the step, px.
     farthest: f32,
-    /// Median distance, px.
-    median: f32,
+    /// Robust standard deviation of the distances, px.
+    sigma: f32,
 }
 
 impl Step {
     /// What to use in the next step: no outliers, and no points beside a gap, where what hides the edge has a part in its
     /// profile.
     fn gate(&self, even: u128) -> Gate {
-        let sigma = MEDIAN_TO_SIGMA * self.median;
-        Gate { limit: limits::OUTLIER * sigma, sectors: self.seen.without_ends(), even }
+        Gate { limit: limits::OUTLIER * self.sigma, sectors: self.seen.without_ends(), even }
     }
 }
 
@@ -158,7 +160,7 @@ impl Step {
 fn adjust(shape: Shape, points: impl Iterator<Item = (i32, i32)>, gate: &Gate) -> Result<Step, Reject> {
     let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
     let mut seen = Sectors::new(shape.semi_axes().1);
-    let mut histogram = Histogram::default();
+    let mut spread = Spread::default();
     let mut farthest = 0.0f32;
     for (x, y) in points {
         let (x, y) = (x as f32 / 256.0, y as f32 / 256.0);
@@ -170,10 +172,10 @@ fn adjust(shape: Shape, points: impl Iterator<Item = (i32, i32)>, gate: &Gate) -
             if gate.sectors & sector != 0 {
                 adjustment.add(&point);
                 farthest = farthest.max(distance);
-                histogram.add(math::sqrt(distance));
+                spread.add(distance);
             }
         }
     }
     let adjusted = adjustment.finish().ok_or(Reject::NotElliptic)?;
-    Ok(Step { adjusted, seen, farthest: math::sqrt(farthest), median: histogram.median() })
+    Ok(Step { adjusted, seen, farthest: math::sqrt(farthest), sigma: spread.sigma() })
 }

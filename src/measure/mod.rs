@@ -22,6 +22,8 @@ use ellipse::{Fitted, FittedList, fit};
 use heapless::Vec;
 use sectors::PARTS;
 
+/// Most further passes over the levels of a target with something in front of it: each leaves more of that out.
+const LEVEL_PASSES: usize = 3;
 /// First guess of the blur, px, for the first look at the levels.
 const BLUR_GUESS: f32 = 0.8;
 
@@ -32,16 +34,24 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     if edges.len() < 2 {
         return Err(Reject::Alone);
     }
-    let edges = Edges { edges: &edges, origin, noise: scanner.noise() };
+    let edges = Edges { edges: &edges, origin };
     let pool = &mut scanner.pool;
     let levels = Levels::first(&edges, pool, BLUR_GUESS).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
-    let blur = edge::measure_blur(&edges, pool, &levels);
-    let levels = levels.refined(&edges, pool, blur).ok_or(Reject::LowContrast)?;
+    let mut blur = edge::measure_blur(&edges, pool, &levels);
+    let mut levels = levels.refined(&edges, pool, &blur).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
-    let fitted = fit_all(&edges, pool, &levels, blur)?;
+    for _ in 0..LEVEL_PASSES {
+        if levels.noise <= limits::DISTURBED * blur.noise * levels.contrast() {
+            break;
+        }
+        blur = edge::measure_blur(&edges, pool, &levels);
+        levels = levels.refined(&edges, pool, &blur).ok_or(Reject::LowContrast)?;
+        check_contrast(&levels)?;
+    }
+    let fitted = fit_all(&edges, pool, &levels, blur.sigma)?;
     let circles = choose(&fitted, settings, scanner.width())?;
-    assemble(&circles, settings, &levels, blur, origin)
+    assemble(&circles, settings, &levels, blur.sigma, origin)
 }
 
 /// The outlines of the chain as edges about `origin`, outermost first.
@@ -75,8 +85,8 @@ fn fit_all(edges: &Edges<'_>, pool: &mut Pool<'_>, levels: &Levels, blur: f32) -
     let mut fitted = FittedList::new();
     let mut cause = Reject::Alone;
     for (k, edge) in edges.edges.iter().enumerate() {
-        edge::place(edges, k, pool, levels, blur);
-        match fit(edge, pool, edges.origin, edges.noise / levels.contrast()) {
+        let noise = edge::place(edges, k, pool, levels, blur);
+        match fit(edge, pool, edges.origin, noise) {
             Ok(fit) => {
                 let _ = fitted.push(fit);
             }

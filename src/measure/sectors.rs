@@ -1,4 +1,4 @@
-//! Where around an ellipse there are edge points, and how far from it they are.
+//! Where around an ellipse there are edge points, how far from it they are there, and in what light.
 
 use crate::math;
 use crate::settings::limits;
@@ -53,45 +53,6 @@ impl Sectors {
 
     fn turned(&self, bits: u128, by: u32) -> u128 {
         (bits << by | bits >> (self.1 - by)) & self.all()
-    }
-}
-
-/// Distances are told apart to 1/128 px ...
-const BINS_PER_PX: f32 = 128.0;
-/// ... up to half a pixel.
-const BINS: usize = 64;
-
-/// Distances of points, for their median.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Histogram {
-    bins: [u16; BINS],
-    count: u32,
-}
-
-impl Default for Histogram {
-    fn default() -> Self {
-        Self { bins: [0; BINS], count: 0 }
-    }
-}
-
-impl Histogram {
-    /// Adds a distance, px.
-    pub fn add(&mut self, distance: f32) {
-        let bin = ((distance * BINS_PER_PX) as usize).min(BINS - 1);
-        if let Some(bin) = self.bins.get_mut(bin) {
-            *bin = bin.saturating_add(1);
-        }
-        self.count += 1;
-    }
-
-    /// The upper end of the bin with the median, px.
-    pub fn median(&self) -> f32 {
-        let mut below = 0;
-        let half = |&&count: &&u16| {
-            below += u32::from(count);
-            2 * below < self.count
-        };
-        (self.bins.iter().take_while(half).count() + 1) as f32 / BINS_PER_PX
     }
 }
 

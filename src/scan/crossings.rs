@@ -98,23 +98,32 @@ impl Crossing {
         [Stretch { level: before, length: lengths & 3 }, Stretch { level: after, length: lengths >> 2 }]
     }
 
-    /// The edge point's offset on the axis, 1/256 px, after it is placed; `None` where it was refused.
-    pub fn offset(&self) -> Option<i16> {
-        Some(i16::from_le_bytes(self.far)).filter(|&offset| offset != i16::MIN)
+    /// The edge point after it is placed; `None` where it was refused.
+    pub fn edge_point(&self) -> Option<EdgePoint> {
+        let [excess, misfit, ..] = self.near;
+        let offset = i16::from_le_bytes(self.far);
+        (offset != i16::MIN).then_some(EdgePoint { offset, excess: excess as i8, misfit })
     }
 
-    /// Lightness beside the edge beyond what the target's levels give, 1/256 of the contrast, after it is placed.
-    pub fn excess(&self) -> i8 {
-        let [excess, ..] = self.near;
-        excess as i8
-    }
-
-    /// Replaces the levels, which are spent, by the edge point's offset and excess.
-    pub fn place(&mut self, placed: Option<(i16, i8)>) {
-        let (offset, excess) = placed.unwrap_or((i16::MIN, 0));
+    /// Replaces the levels, which are spent, by the edge point.
+    pub fn place(&mut self, placed: Option<EdgePoint>) {
+        let EdgePoint { offset, excess, misfit } =
+            placed.unwrap_or(EdgePoint { offset: i16::MIN, excess: 0, misfit: 0 });
         self.far = offset.to_le_bytes();
-        self.near[0] = excess as u8;
+        let [_, _, c, d] = self.near;
+        self.near = [excess as u8, misfit, c, d];
     }
+}
+
+/// Where the edge passes at a crossing. Lightness in 1/256 of the contrast.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct EdgePoint {
+    /// On the axis from the crossing's pixel, 1/256 px.
+    pub offset: i16,
+    /// Lightness beside the edge beyond what the target's levels give.
+    pub excess: i8,
+    /// Largest difference of a sample from the edge's profile.
+    pub misfit: u8,
 }
 
 /// The crossings of an outline: a list in the pool.
@@ -282,9 +291,10 @@ mod tests {
         let mut crossing = Crossing::new(Axis::Column, (4095, 16383), [1, 2, 3, 4], [long, short]);
         assert_eq!((crossing.x(), crossing.y(), crossing.axis()), (4095, 16383, Axis::Column));
         assert_eq!(crossing.far(), [long, short]);
-        crossing.place(Some(-300));
-        assert_eq!((crossing.offset(), crossing.x()), (Some(-300), 4095));
+        let point = EdgePoint { offset: -300, excess: -7, misfit: 200 };
+        crossing.place(Some(point));
+        assert_eq!((crossing.edge_point(), crossing.x()), (Some(point), 4095));
         crossing.place(None);
-        assert_eq!(crossing.offset(), None);
+        assert_eq!(crossing.edge_point(), None);
     }
 }

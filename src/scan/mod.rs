@@ -18,7 +18,7 @@ mod runs;
 mod tests;
 mod threshold;
 
-pub(crate) use crossings::{Axis, Crossing, CrossingList, Pool};
+pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, Pool};
 pub(crate) use outlines::{Moments, NONE, Outline, Outlines};
 pub(crate) use rows::{BLOCK_ROWS, KEPT_BLOCKS, Rows};
 pub(crate) use runs::Transition;
@@ -146,11 +146,6 @@ impl<'s> Scanner<'s> {
             self.dropped.outlines = self.dropped.outlines.saturating_add(1);
         }
         label
-    }
-
-    /// Standard deviation of the frame's noise in the last rows, grey levels.
-    pub fn noise(&self) -> f32 {
-        self.cells.noise()
     }
 
     /// Transitions of the last linked row, with the labels of their outlines.

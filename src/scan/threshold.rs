@@ -75,12 +75,6 @@ impl<'s> Cells<'s> {
         limits::MIN_CONTRAST.max(contrast.min(255) as u8)
     }
 
-    /// Standard deviation of the noise, grey levels: a cell of 16 pixels ranges over 3.5 of them on average, the flattest eighth
-    /// of all cells over 2.6.
-    pub fn noise(&self) -> f32 {
-        f32::from(self.noise) / (2.6 * (1 << NOISE_BITS) as f32)
-    }
-
     /// Takes the extremes of the next block of rows (its last rows are repeated where the frame ends).
     pub fn measure(&mut self, rows: &Rows<'_>) {
         let first = self.blocks * BLOCK_ROWS as u16;
