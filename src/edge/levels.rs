@@ -8,8 +8,10 @@ use crate::scan::{Crossing, Pool};
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
 const OUTLIER: f32 = 0.25;
 /// The same in the last pass, with room for this many standard deviations of the noise.
-const LAST_OUTLIER: f32 = 0.08;
-const LAST_OUTLIER_SIGMAS: f32 = 5.0;
+const LAST_OUTLIER: f32 = 0.03;
+const LAST_OUTLIER_SIGMAS: f32 = 3.0;
+/// Pixels whose levels are independent of each other where something lies before the target: eight places of eight pixels.
+const INDEPENDENT: f32 = 64.0;
 /// Lightness that the levels of an edge are expected to have at the far samples before the near ones are asked.
 const CLEAR: f32 = 0.5;
 
@@ -24,6 +26,8 @@ pub(crate) struct Levels {
     slopes: (f32, f32, f32),
     /// Standard deviation of the samples about the levels of the pass before, grey levels.
     pub noise: f32,
+    /// Pixels in the samples, each as far as it counted.
+    pixels: f32,
     /// More than one far sample in ten at the end of the grey scale.
     pub clipped: bool,
 }
@@ -39,6 +43,7 @@ impl Levels {
             gy: 0.0,
             slopes: (0.0, 0.0, 0.0),
             noise: 0.0,
+            pixels: 0.0,
             clipped: false,
         };
         let blur = Blur { sigma, noise: 0.0 };
@@ -53,6 +58,14 @@ impl Levels {
     /// far from `self` is left out.
     pub fn refined(&self, edges: &Edges<'_>, pool: &Pool<'_>, blur: &Blur) -> Option<Self> {
         self.refine(edges, pool, blur, Pass::Robust { every: true })
+    }
+
+    /// The same where something lies before the target, whose residuals are not independent: as if there were only so many of
+    /// them as it has places where that can differ.
+    pub fn disturbed(&self) -> Self {
+        let factor = (self.pixels / INDEPENDENT).max(1.0);
+        let (xx, xy, yy) = self.slopes;
+        Self { slopes: (factor * xx, factor * xy, factor * yy), ..*self }
     }
 
     /// Bright minus dark at the origin, grey levels.
@@ -266,6 +279,8 @@ impl Normals {
             gy: gy * scale,
             slopes: (xx, xy, yy),
             noise: math::sqrt(variance),
+            // The first two terms of each sample sum to 1.
+            pixels: self.m[0][0] + 2.0 * self.m[0][1] + self.m[1][1],
             clipped: self.clipped > self.samples / 10,
         })
     }

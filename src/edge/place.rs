@@ -22,8 +22,6 @@ const BLUR_OUTLIER_SIGMAS: f32 = 4.0;
 const BLUR_RANGE: (f32, f32) = (0.29, 6.0);
 /// Largest change of the blur in a pass, and of an edge point in a step, relative and px.
 const MAX_CHANGE: f32 = 0.5;
-/// Mean square of a residual over that of the noise: of four samples one has gone into the place.
-const ONE_FREE: f32 = 4.0 / 3.0;
 /// Slope of the edge profile below which four samples hold no edge.
 const MIN_SLOPE: f32 = 1e-3;
 
@@ -50,7 +48,7 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
                 let Some(local) = views.local(crossing) else { continue };
                 let profile = Profile::new(&local, crossing, levels, sigma);
                 let Some(placed) = profile.place() else { continue };
-                placed.residuals.iter().for_each(|residual| spread.add(ONE_FREE * residual * residual));
+                placed.add_noise(&mut spread);
                 if placed.misfit() <= limit {
                     let (s, q) = profile.blur_slope(placed.place);
                     slope += s;
@@ -76,7 +74,7 @@ pub(crate) fn place(edges: &Edges<'_>, k: usize, pool: &mut Pool<'_>, levels: &L
     pool.for_each_mut(edge.crossings, |crossing| {
         let placed = views.local(crossing).and_then(|local| {
             let placed = Profile::new(&local, crossing, levels, sigma).place()?;
-            placed.residuals.iter().for_each(|residual| noise.add(ONE_FREE * residual * residual));
+            placed.add_noise(&mut noise);
             let [first, .., last] = placed.residuals;
             let round = |value: f32| crate::math::round(256.0 * value);
             Some(EdgePoint {
@@ -99,6 +97,14 @@ struct Placed {
 }
 
 impl Placed {
+    /// Adds what the samples tell of the noise: in the differences across the edge the light beside it and its place cancel.
+    fn add_noise(&self, spread: &mut Spread) {
+        let [a, b, c, d] = self.residuals;
+        for difference in [a - d, b - c] {
+            spread.add(0.5 * difference * difference);
+        }
+    }
+
     /// Largest residual.
     fn misfit(&self) -> f32 {
         self.residuals.iter().fold(0.0, |most, residual| most.max(residual.abs()))

@@ -10,7 +10,7 @@ mod ellipse;
 mod sectors;
 
 use crate::candidate;
-use crate::edge::{self, Edge, Edges, Levels};
+use crate::edge::{self, Blur, Edge, Edges, Levels};
 use crate::fit::Adjusted;
 use crate::reject::Reject;
 use crate::scan::{Pool, Scanner};
@@ -20,6 +20,7 @@ use choose::choose;
 use combine::{Centre, combine, measured_perspective, significant};
 use ellipse::{Fitted, FittedList, fit};
 use heapless::Vec;
+extern crate std;
 use sectors::PARTS;
 
 /// Most further passes over the levels of a target with something in front of it: each leaves more of that out.
@@ -31,6 +32,7 @@ const BLUR_GUESS: f32 = 0.8;
 pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings) -> Result<Target, Reject> {
     let origin = scanner.outlines.get(head).map(candidate::origin).ok_or(Reject::BufferFull)?;
     let edges = collect(head, origin, scanner)?;
+    if std::env::var_os("DBG").is_some() { std::println!("measure {head}: {:?}", edges.iter().map(|e| (e.shape.cx as i32 + i32::from(origin.0), e.shape.cy as i32+i32::from(origin.1), e.shape.semi_axes(), e.dark_inside, e.partial, e.crossings.len())).collect::<std::vec::Vec<_>>()); }
     if edges.len() < 2 {
         return Err(Reject::Alone);
     }
@@ -41,14 +43,20 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let mut blur = edge::measure_blur(&edges, pool, &levels);
     let mut levels = levels.refined(&edges, pool, &blur).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
+    let disturbed =
+        |levels: &Levels, blur: &Blur| levels.noise > limits::DISTURBED * blur.noise * levels.contrast();
     for _ in 0..LEVEL_PASSES {
-        if levels.noise <= limits::DISTURBED * blur.noise * levels.contrast() {
+        if !disturbed(&levels, &blur) {
             break;
         }
         blur = edge::measure_blur(&edges, pool, &levels);
         levels = levels.refined(&edges, pool, &blur).ok_or(Reject::LowContrast)?;
         check_contrast(&levels)?;
     }
+    if disturbed(&levels, &blur) {
+        levels = levels.disturbed();
+    }
+    if std::env::var_os("DBG").is_some() { std::println!("levels {levels:?} blur {blur:?}"); }
     let fitted = fit_all(&edges, pool, &levels, blur.sigma)?;
     let circles = choose(&fitted, settings, scanner.width())?;
     assemble(&circles, settings, &levels, blur.sigma, origin)
@@ -84,8 +92,10 @@ fn check_contrast(levels: &Levels) -> Result<(), Reject> {
 fn fit_all(edges: &Edges<'_>, pool: &mut Pool<'_>, levels: &Levels, blur: f32) -> Result<FittedList, Reject> {
     let mut fitted = FittedList::new();
     let mut cause = Reject::Alone;
-    for (k, edge) in edges.edges.iter().enumerate() {
-        let noise = edge::place(edges, k, pool, levels, blur);
+    // What disturbs one edge does not disturb all.
+    let noise =
+        (0..edges.edges.len()).fold(f32::INFINITY, |least, k| least.min(edge::place(edges, k, pool, levels, blur)));
+    for edge in edges.edges {
         match fit(edge, pool, edges.origin, noise) {
             Ok(fit) => {
                 let _ = fitted.push(fit);

@@ -28,8 +28,12 @@ impl Sectors {
 
     /// The same without those beside a gap.
     pub fn without_ends(&self) -> u128 {
-        let empty = self.empty();
-        self.0 & !(self.turned(empty, 1) | self.turned(empty, self.1 - 1))
+        self.0 & !self.beside(self.empty())
+    }
+
+    /// The sectors before and after these.
+    fn beside(&self, sectors: u128) -> u128 {
+        self.turned(sectors, 1) | self.turned(sectors, self.1 - 1)
     }
 
     /// Longest gap, in 32nds of a turn, rounded up.
@@ -128,21 +132,30 @@ impl SectorLight {
         }
     }
 
-    /// The sectors whose mean is that of most, for noise in units of the contrast.
+    /// The sectors whose mean is that of most, and that hardly other than none, for noise in units of the contrast.
     pub fn even(&self, noise: f32) -> u128 {
         let mean = |sum: i16, count: u8| f32::from(sum) / (256.0 * f32::from(count.max(1)));
         let filled =
             || self.sums.iter().filter(|(_, count)| *count > 0).map(|&(sum, count)| mean(sum, count));
-        let middle = median(filled);
-        let mut even = 0;
-        for (i, &(sum, count)) in self.sums.iter().enumerate() {
+        let middle = median(filled).clamp(-limits::UNEVEN, limits::UNEVEN);
+        let (mut filled, mut uneven, mut suspect) = (0u128, 0u128, 0u128);
+        for (i, &(sum, count)) in self.sums.iter().enumerate().filter(|(_, (_, count))| *count > 0) {
             let sigma = noise / math::sqrt(2.0 * f32::from(count));
-            let limit = limits::UNEVEN + limits::UNEVEN_SIGMAS * sigma;
-            if count > 0 && (mean(sum, count) - middle).abs() <= limit {
-                even |= 1 << i;
-            }
+            let excess = (mean(sum, count) - middle).abs();
+            let mark = |over: bool| u128::from(over) << i;
+            filled |= mark(true);
+            uneven |= mark(excess > limits::UNEVEN + limits::UNEVEN_SIGMAS * sigma);
+            suspect |= mark(excess > 0.2 * limits::UNEVEN + sigma);
         }
-        even
+        // Glare and shadows have no border: what is beside uneven light is judged by less.
+        for _ in 0..self.sectors.1 {
+            let grown = uneven | (self.sectors.beside(uneven) & suspect);
+            if grown == uneven {
+                break;
+            }
+            uneven = grown;
+        }
+        filled & !uneven
     }
 }
 
