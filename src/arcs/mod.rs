@@ -104,10 +104,10 @@ pub(crate) fn take(
     Some(taken)
 }
 
-/// Share of some of the crossings that are not on the arc's ellipse.
+/// Share of some of the crossings that are not near the arc's ellipse.
 pub(crate) fn share_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> f32 {
     let points = Points::fewest(list, pool, origin);
-    let off = points.points.iter().filter(|point| arc.square_distance(point) > ON * ON).count();
+    let off = points.points.iter().filter(|point| arc.square_distance(point) > NEAR * NEAR).count();
     off as f32 / points.points.len().max(1) as f32
 }
 

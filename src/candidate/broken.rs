@@ -18,7 +18,7 @@ const MAX_OPEN: usize = 3;
 const MIN_CROSSINGS: u16 = 20;
 const MIN_CROSSINGS_AROUND: u16 = 12;
 /// Largest share of an ellipse's crossings that may lie beside it.
-const MAX_OFF: f32 = 0.15;
+const MAX_OFF: f32 = 0.2;
 /// Largest radius of a circle around a known one, in units of that.
 const MAX_RADIUS: f32 = 11.0;
 /// Two arcs can be of the same circle if their areas squared have this ratio or less, because an arc alone leaves its ellipse

@@ -20,20 +20,28 @@ impl Waiting {
     /// Takes a closed outline. An error is the reason why it is none of a target; its slot is then still in use.
     pub fn add(&mut self, label: u16, scanner: &mut Scanner<'_>) -> Result<(), Reject> {
         let outline = *scanner.outlines.get(label).ok_or(Reject::BufferFull)?;
-        let whole = shape(&outline).and_then(|shape| {
-            if broken::is_bent(&outline, &shape, &scanner.pool) { Err(Reject::NotElliptic) } else { Ok(()) }
-        });
-        match whole {
-            Ok(()) => self.insert(label, scanner),
-            Err(cause) if broken::is_worth_a_search(&outline, cause) => {
-                self.searches = self.searches.checked_sub(1).ok_or(cause)?;
-                if !broken::add(label, self, scanner) {
-                    return Err(cause);
-                }
-            }
-            Err(cause) => return Err(cause),
+        let shape = shape(&outline);
+        let whole = shape.is_ok_and(|shape| !broken::is_bent(&outline, &shape, &scanner.pool));
+        if !whole && self.search(label, &outline, shape.err(), scanner) {
+            return Ok(());
         }
-        Ok(())
+        // One that is bent without an arc of another ellipse stays what it is.
+        shape.map(|_| self.insert(label, scanner))
+    }
+
+    /// Takes the arcs of an outline that is no ellipse for `cause`. `false` if there are none or none may be looked for.
+    fn search(
+        &mut self,
+        label: u16,
+        outline: &Outline,
+        cause: Option<Reject>,
+        scanner: &mut Scanner<'_>,
+    ) -> bool {
+        if self.searches == 0 || !broken::is_worth_a_search(outline, cause.unwrap_or(Reject::NotElliptic)) {
+            return false;
+        }
+        self.searches -= 1;
+        broken::add(label, self, scanner)
     }
 
     /// Takes an outline that is an ellipse, with what is concentric inside it.

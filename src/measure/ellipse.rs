@@ -50,7 +50,13 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16), noise: f32) 
     let start = start(edge, points())?;
     let even = even_sectors(&start, crossings(), origin, noise).ok_or(Reject::NotElliptic)?;
     if std::env::var_os("DBG").is_some() {
-        std::println!("edge noise {noise} light {:?}", pool.iter(edge.crossings).filter_map(|c| c.edge_point()).map(|p| (p.excess, p.misfit)).collect::<std::vec::Vec<_>>());
+        std::println!(
+            "edge noise {noise} light {:?}",
+            pool.iter(edge.crossings)
+                .filter_map(|c| c.edge_point())
+                .map(|p| (p.excess, p.misfit))
+                .collect::<std::vec::Vec<_>>()
+        );
     }
     let mut gate = Gate { limit: f32::INFINITY, sectors: even, even };
     let mut step = adjust(start, points(), &gate)?;
@@ -64,10 +70,34 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16), noise: f32) 
     let Step { mut adjusted, seen, .. } = step;
     if std::env::var_os("DBG").is_some() {
         let adj = Adjustment::new(adjusted.shape).unwrap();
-        let mut l: std::vec::Vec<_> = points().map(|(x, y)| { let (x, y) = (x as f32 / 256.0, y as f32 / 256.0); let v = adj.view(x, y);
-            (math::atan2(v.v, v.u).to_degrees() as i32, (1000.0 * v.square_distance().sqrt() * if v.u*v.u+v.v*v.v>1.0 {1.0} else {-1.0}) as i32) }).collect();
+        let mut l: std::vec::Vec<_> = points()
+            .map(|(x, y)| {
+                let (x, y) = (x as f32 / 256.0, y as f32 / 256.0);
+                let v = adj.view(x, y);
+                (
+                    math::atan2(v.v, v.u).to_degrees() as i32,
+                    (1000.0
+                        * v.square_distance().sqrt()
+                        * if v.u * v.u + v.v * v.v > 1.0 { 1.0 } else { -1.0 }) as i32,
+                )
+            })
+            .collect();
         l.sort();
-        std::println!("edge dark_inside {} partial {} centre {} {} axes {:?} rms {} n {} of {} gap {} excess {} limit {}: {:?}", edge.dark_inside, edge.partial, adjusted.shape.cx, adjusted.shape.cy, adjusted.shape.semi_axes(), adjusted.rms, adjusted.points, edge.crossings.len(), seen.longest_gap(), excess(&adjusted.shape, points(), &gate), gate.limit, l);
+        std::println!(
+            "edge dark_inside {} partial {} centre {} {} axes {:?} rms {} n {} of {} gap {} excess {} limit {}: {:?}",
+            edge.dark_inside,
+            edge.partial,
+            adjusted.shape.cx,
+            adjusted.shape.cy,
+            adjusted.shape.semi_axes(),
+            adjusted.rms,
+            adjusted.points,
+            edge.crossings.len(),
+            seen.longest_gap(),
+            excess(&adjusted, points(), &gate),
+            gate.limit,
+            l
+        );
     }
     let (_, b) = adjusted.shape.semi_axes();
     let gap = seen.longest_gap();
@@ -79,7 +109,7 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16), noise: f32) 
     if !(adjusted.rms <= share * (limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b)) {
         return Err(Reject::NotElliptic);
     }
-    adjusted.covariance = adjusted.covariance.scaled(excess(&adjusted.shape, points(), &gate));
+    adjusted.covariance = adjusted.covariance.scaled(excess(&adjusted, points(), &gate));
     Ok(Fitted { adjusted, dark_inside: edge.dark_inside, gap, ratio: 1.0, measured_ratio: 1.0 })
 }
 
@@ -103,10 +133,10 @@ fn even_sectors<'c>(
 
 /// Factor on the covariance because the residuals are not independent: how much the sums over sectors exceed what they would
 /// be if they were. Points that something displaces lie on one side of the ellipse together.
-fn excess(shape: &Shape, points: impl Iterator<Item = (i32, i32)>, gate: &Gate) -> f32 {
-    let Some(adjustment) = Adjustment::new(*shape) else { return 1.0 };
-    let sectors = Sectors::new(shape.semi_axes().1);
-    let mut sums = SectorSums::default();
+fn excess(adjusted: &Adjusted, points: impl Iterator<Item = (i32, i32)>, gate: &Gate) -> f32 {
+    let Some(adjustment) = Adjustment::new(adjusted.shape) else { return 1.0 };
+    let sectors = Sectors::new(adjusted.shape.semi_axes().1);
+    let mut sums = SectorSums::new(adjusted.points);
     for (x, y) in points {
         let point = adjustment.view(x as f32 / 256.0, y as f32 / 256.0);
         let distance = point.distance();

@@ -32,7 +32,22 @@ const BLUR_GUESS: f32 = 0.8;
 pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings) -> Result<Target, Reject> {
     let origin = scanner.outlines.get(head).map(candidate::origin).ok_or(Reject::BufferFull)?;
     let edges = collect(head, origin, scanner)?;
-    if std::env::var_os("DBG").is_some() { std::println!("measure {head}: {:?}", edges.iter().map(|e| (e.shape.cx as i32 + i32::from(origin.0), e.shape.cy as i32+i32::from(origin.1), e.shape.semi_axes(), e.dark_inside, e.partial, e.crossings.len())).collect::<std::vec::Vec<_>>()); }
+    if std::env::var_os("DBG").is_some() {
+        std::println!(
+            "measure {head}: {:?}",
+            edges
+                .iter()
+                .map(|e| (
+                    e.shape.cx as i32 + i32::from(origin.0),
+                    e.shape.cy as i32 + i32::from(origin.1),
+                    e.shape.semi_axes(),
+                    e.dark_inside,
+                    e.partial,
+                    e.crossings.len()
+                ))
+                .collect::<std::vec::Vec<_>>()
+        );
+    }
     if edges.len() < 2 {
         return Err(Reject::Alone);
     }
@@ -56,7 +71,9 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     if disturbed(&levels, &blur) {
         levels = levels.disturbed();
     }
-    if std::env::var_os("DBG").is_some() { std::println!("levels {levels:?} blur {blur:?}"); }
+    if std::env::var_os("DBG").is_some() {
+        std::println!("levels {levels:?} blur {blur:?}");
+    }
     let fitted = fit_all(&edges, pool, &levels, blur.sigma)?;
     let circles = choose(&fitted, settings, scanner.width())?;
     assemble(&circles, settings, &levels, blur.sigma, origin)
@@ -93,8 +110,8 @@ fn fit_all(edges: &Edges<'_>, pool: &mut Pool<'_>, levels: &Levels, blur: f32) -
     let mut fitted = FittedList::new();
     let mut cause = Reject::Alone;
     // What disturbs one edge does not disturb all.
-    let noise =
-        (0..edges.edges.len()).fold(f32::INFINITY, |least, k| least.min(edge::place(edges, k, pool, levels, blur)));
+    let noise = (0..edges.edges.len())
+        .fold(f32::INFINITY, |least, k| least.min(edge::place(edges, k, pool, levels, blur)));
     for edge in edges.edges {
         match fit(edge, pool, edges.origin, noise) {
             Ok(fit) => {

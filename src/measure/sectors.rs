@@ -60,28 +60,36 @@ impl Sectors {
     }
 }
 
-/// Sectors whose residuals are summed up, two and two where there are few points.
-const SUMS: usize = 16;
-const FEW: u16 = 64;
+/// Most and fewest sectors whose residuals are summed up, and points that each should have: fewer tell nothing of their
+/// neighbours, more would average over the waves that a dent leaves around an ellipse.
+const MOST_SUMS: usize = 32;
+const FEWEST_SUMS: usize = 8;
+const POINTS: usize = 3;
 /// What is left of the mean square sum on average, in units of that of independent residuals, because a fit of five terms has
 /// taken its part.
 const FITTED: f32 = 0.7;
 
 /// Residuals by sector.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct SectorSums {
-    sums: [f32; SUMS],
-    counts: [u16; SUMS],
+    sums: [(f32, u16); MOST_SUMS],
+    sectors: usize,
     squares: f32,
     count: u16,
 }
 
 impl SectorSums {
+    /// For this number of points.
+    pub fn new(points: u16) -> Self {
+        let sectors = (usize::from(points) / POINTS).clamp(FEWEST_SUMS, MOST_SUMS);
+        Self { sums: [(0.0, 0); MOST_SUMS], sectors, squares: 0.0, count: 0 }
+    }
+
     /// Adds a residual, px.
     pub fn add(&mut self, u: f32, v: f32, residual: f32) {
-        let turn = math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI) + 1.0;
-        let sector = (turn * SUMS as f32) as usize % SUMS;
-        if let (Some(sum), Some(count)) = (self.sums.get_mut(sector), self.counts.get_mut(sector)) {
+        let turn = 0.5 + math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI);
+        let sector = ((turn * self.sectors as f32) as usize).min(self.sectors - 1);
+        if let Some((sum, count)) = self.sums.get_mut(sector) {
             *sum += residual;
             *count += 1;
             self.squares += residual * residual;
@@ -92,13 +100,9 @@ impl SectorSums {
     /// Mean square of the sums in units of that of independent residuals, less its scatter; at least 1.
     pub fn excess(&self) -> f32 {
         let (mut total, mut filled) = (0.0, 0.0);
-        let size = if self.count < FEW { 2 } else { 1 };
-        for (sums, counts) in self.sums.chunks(size).zip(self.counts.chunks(size)) {
-            let (sum, count) = (sums.iter().sum::<f32>(), counts.iter().sum::<u16>());
-            if count > 0 {
-                total += sum * sum / f32::from(count);
-                filled += 1.0;
-            }
+        for &(sum, count) in self.sums.iter().filter(|(_, count)| *count > 0) {
+            total += sum * sum / f32::from(count);
+            filled += 1.0;
         }
         let variance = self.squares / f32::from(self.count.max(1));
         // Also takes NaN, where there are no residuals.
