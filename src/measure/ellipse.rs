@@ -1,7 +1,6 @@
 //! One edge: its edge points to an ellipse.
 
 use super::sectors::{SectorLight, SectorSums, Sectors};
-extern crate std;
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Spread, Sums};
 use crate::math;
@@ -49,15 +48,6 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16), noise: f32) 
     let points = || crossings().filter_map(|crossing| edge_point(crossing, origin));
     let start = start(edge, points())?;
     let even = even_sectors(&start, crossings(), origin, noise).ok_or(Reject::NotElliptic)?;
-    if std::env::var_os("DBG").is_some() {
-        std::println!(
-            "edge noise {noise} light {:?}",
-            pool.iter(edge.crossings)
-                .filter_map(|c| c.edge_point())
-                .map(|p| (p.excess, p.misfit))
-                .collect::<std::vec::Vec<_>>()
-        );
-    }
     let mut gate = Gate { limit: f32::INFINITY, sectors: even, even };
     let mut step = adjust(start, points(), &gate)?;
     for _ in 1..if edge.partial { PASSES_PARTIAL } else { PASSES } {
@@ -68,37 +58,6 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16), noise: f32) 
         step = adjust(step.adjusted.shape, points(), &gate)?;
     }
     let Step { mut adjusted, seen, .. } = step;
-    if std::env::var_os("DBG").is_some() {
-        let adj = Adjustment::new(adjusted.shape).unwrap();
-        let mut l: std::vec::Vec<_> = points()
-            .map(|(x, y)| {
-                let (x, y) = (x as f32 / 256.0, y as f32 / 256.0);
-                let v = adj.view(x, y);
-                (
-                    math::atan2(v.v, v.u).to_degrees() as i32,
-                    (1000.0
-                        * v.square_distance().sqrt()
-                        * if v.u * v.u + v.v * v.v > 1.0 { 1.0 } else { -1.0 }) as i32,
-                )
-            })
-            .collect();
-        l.sort();
-        std::println!(
-            "edge dark_inside {} partial {} centre {} {} axes {:?} rms {} n {} of {} gap {} excess {} limit {}: {:?}",
-            edge.dark_inside,
-            edge.partial,
-            adjusted.shape.cx,
-            adjusted.shape.cy,
-            adjusted.shape.semi_axes(),
-            adjusted.rms,
-            adjusted.points,
-            edge.crossings.len(),
-            seen.longest_gap(),
-            excess(&adjusted, points(), &gate),
-            gate.limit,
-            l
-        );
-    }
     let (_, b) = adjusted.shape.semi_axes();
     let gap = seen.longest_gap();
     if gap > limits::MAX_GAP {

@@ -20,7 +20,6 @@ use choose::choose;
 use combine::{Centre, combine, measured_perspective, significant};
 use ellipse::{Fitted, FittedList, fit};
 use heapless::Vec;
-extern crate std;
 use sectors::PARTS;
 
 /// Most further passes over the levels of a target with something in front of it: each leaves more of that out.
@@ -32,22 +31,6 @@ const BLUR_GUESS: f32 = 0.8;
 pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings) -> Result<Target, Reject> {
     let origin = scanner.outlines.get(head).map(candidate::origin).ok_or(Reject::BufferFull)?;
     let edges = collect(head, origin, scanner)?;
-    if std::env::var_os("DBG").is_some() {
-        std::println!(
-            "measure {head}: {:?}",
-            edges
-                .iter()
-                .map(|e| (
-                    e.shape.cx as i32 + i32::from(origin.0),
-                    e.shape.cy as i32 + i32::from(origin.1),
-                    e.shape.semi_axes(),
-                    e.dark_inside,
-                    e.partial,
-                    e.crossings.len()
-                ))
-                .collect::<std::vec::Vec<_>>()
-        );
-    }
     if edges.len() < 2 {
         return Err(Reject::Alone);
     }
@@ -70,9 +53,6 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     }
     if disturbed(&levels, &blur) {
         levels = levels.disturbed();
-    }
-    if std::env::var_os("DBG").is_some() {
-        std::println!("levels {levels:?} blur {blur:?}");
     }
     let fitted = fit_all(&edges, pool, &levels, blur.sigma)?;
     let circles = choose(&fitted, settings, scanner.width())?;
