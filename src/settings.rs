@@ -243,6 +243,9 @@ pub(crate) mod limits {
     pub const MIN_SEEN: u32 = 8;
     /// ... and where one concentric with it is known.
     pub const MIN_SEEN_AROUND: u32 = 5;
+    /// Smallest semi-major axis of a broken outer circle, px: in a smaller one it cannot be seen whether the gap is one of the
+    /// print.
+    pub const MIN_PARTIAL_SEMI_AXIS: f32 = 8.0;
     /// Largest ratio of the semi-axes of a broken circle: an arc of a steeper one cannot be told from a line.
     pub const MAX_ASPECT: f32 = 6.0;
     /// What the search adds to the distance of two centres where one of them is of a broken circle, px.

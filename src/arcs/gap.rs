@@ -6,9 +6,9 @@ use crate::fit::{Factor, Matrix};
 use crate::scan::{Crossing, CrossingList, Pool};
 
 /// Distance from both circles from which on a crossing is one of the ring's ends, px.
-const CLEAR: f32 = 1.5;
+const CLEAR: f32 = 1.0;
 /// Fewest crossings of the ends.
-const MIN_ENDS: u16 = 2;
+const MIN_ENDS: u16 = 1;
 /// Largest difference of the gap's level from the paper's, as a share of the contrast, with which it is paper.
 const SAME: f32 = 0.05;
 

@@ -27,6 +27,8 @@ const SECTORS: u32 = 32;
 /// Distance within which a crossing lies on an arc, px: linear interpolation is wrong by up to 0.2 px, a short arc's ellipse
 /// by more.
 const ON: f32 = 1.0;
+/// Distance up to which it is taken for one of the arc, px.
+const TAKEN: f32 = 1.3;
 /// Distance up to which it lies beside it, px.
 const BESIDE: f32 = 2.5;
 /// Distance within which most of them lie, px, and how many.
@@ -98,7 +100,7 @@ pub(crate) fn take(
     if !enough {
         return None;
     }
-    let on = |crossing: &Crossing| arc.square_distance(&Point::new(crossing, origin)) <= BESIDE * BESIDE;
+    let on = |crossing: &Crossing| arc.square_distance(&Point::new(crossing, origin)) <= TAKEN * TAKEN;
     let (taken, rest) = pool.split(*list, on);
     *list = rest;
     Some(taken)

@@ -74,6 +74,9 @@ fn collect(head: u16, origin: (u16, u16), scanner: &Scanner<'_>) -> Result<Vec<E
         let own = candidate::origin(outline);
         let shift = |own: u16, origin: u16| (i32::from(origin) - i32::from(own)) as f32;
         let shape = candidate::shape(outline)?.about(shift(own.0, origin.0), shift(own.1, origin.1));
+        if edges.is_empty() && outline.partial && shape.semi_axes().0 < limits::MIN_PARTIAL_SEMI_AXIS {
+            return Err(Reject::TooSmall);
+        }
         let _ = edges.push(Edge::new(shape, outline));
         at = outline.inner;
     }
