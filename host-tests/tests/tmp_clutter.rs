@@ -17,8 +17,21 @@ fn clutter() {
                     for t in &targets {
                         let (x, y) = t.centre.to_px();
                         if !found.iter().any(|(_, _, t2)| std::ptr::eq(*t2, t)) {
-                            let near: Vec<_> = scene.decoys.iter().filter(|d| (d.x - f64::from(x)).hypot(d.y - f64::from(y)) < d.size).map(|d| (d.kind, d.size, d.x, d.y)).collect();
-                            println!("{w} seed {seed} any {} FALSE {x} {y} {:?} {near:?} {:?}", spec.ratios().is_empty(), t.flags.names().collect::<Vec<_>>(), t.circles.iter().map(|c| (c.ellipse.a, c.ellipse.b, c.gap, c.points)).collect::<Vec<_>>());
+                            let near: Vec<_> = scene
+                                .decoys
+                                .iter()
+                                .filter(|d| (d.x - f64::from(x)).hypot(d.y - f64::from(y)) < d.size)
+                                .map(|d| (d.kind, d.size, d.x, d.y))
+                                .collect();
+                            println!(
+                                "{w} seed {seed} any {} FALSE {x} {y} {:?} {near:?} {:?}",
+                                spec.ratios().is_empty(),
+                                t.flags.names().collect::<Vec<_>>(),
+                                t.circles
+                                    .iter()
+                                    .map(|c| (c.ellipse.a, c.ellipse.b, c.gap, c.points))
+                                    .collect::<Vec<_>>()
+                            );
                         }
                     }
                     println!("   found {} {:?}", found.len(), summary.rejected.iter().collect::<Vec<_>>());

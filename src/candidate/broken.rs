@@ -251,7 +251,7 @@ fn open_around(inner: &Outline, scanner: &Scanner<'_>) -> Vec<u16, MAX_OPEN> {
     let mut open = Vec::new();
     for transition in scanner.last_transitions() {
         let around = |outline: &Outline| {
-            outline.surrounds(inner) && !outline.lossy && outline.crossings.len() >= MIN_CROSSINGS_AROUND
+            outline.is_around(inner) && !outline.lossy && outline.crossings.len() >= MIN_CROSSINGS_AROUND
         };
         let label = transition.label;
         if scanner.outlines.get(label).is_some_and(around) && !open.contains(&label) {

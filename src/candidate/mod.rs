@@ -123,7 +123,7 @@ fn ready_row(inner: &Outline, scanner: &Scanner<'_>) -> u16 {
         let width = i32::from(outline.width());
         let aside = (middle(outline.left, outline.right) - cx).abs();
         if outline.lossy
-            || !outline.surrounds(inner)
+            || !outline.is_around(inner)
             || width > limits::MAX_GROWTH * i32::from(inner.width())
             || aside > width / 2
         {

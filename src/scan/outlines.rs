@@ -146,6 +146,12 @@ impl Outline {
         self.bottom = y;
     }
 
+    /// The same, or as far where the frame cuts it.
+    pub fn is_around(&self, other: &Self) -> bool {
+        let reaches = self.left <= other.left && self.right >= other.right && self.top <= other.top;
+        self.surrounds(other) || self.cut && reaches
+    }
+
     /// Whether its bounding box reaches beyond that of `other` on the left, right and top.
     pub fn surrounds(&self, other: &Self) -> bool {
         self.left < other.left && self.right > other.right && self.top < other.top
