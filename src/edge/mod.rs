@@ -39,13 +39,16 @@ pub(crate) struct Edge {
     pub dark_inside: bool,
     /// Only arcs of it are seen.
     pub partial: bool,
+    /// The frame's border cuts it.
+    pub cut: bool,
     pub crossings: CrossingList,
 }
 
 impl Edge {
     pub fn new(shape: Shape, outline: &Outline) -> Self {
-        let Outline { partial, crossings, .. } = *outline;
-        Self { shape, minor: shape.semi_axes().1, dark_inside: outline.moments.area > 0, partial, crossings }
+        let Outline { partial, cut, crossings, .. } = *outline;
+        let (_, minor) = shape.semi_axes();
+        Self { shape, minor, dark_inside: outline.moments.area > 0, partial, cut, crossings }
     }
 
     /// Every how many crossings one is taken for what the whole target shares: an odd number, because a row leaves one on

@@ -19,6 +19,10 @@ const PASSES_PARTIAL: usize = 6;
 pub(super) struct Fitted {
     pub adjusted: Adjusted,
     pub dark_inside: bool,
+    /// Only arcs of it are seen.
+    pub partial: bool,
+    /// The frame's border cuts it.
+    pub cut: bool,
     /// Longest gap between edge points, in 32nds of a turn.
     pub gap: u32,
     /// Radius in units of the outer circle's.
@@ -69,7 +73,8 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16), noise: f32) 
         return Err(Reject::NotElliptic);
     }
     adjusted.covariance = adjusted.covariance.scaled(excess(&adjusted, points(), &gate));
-    Ok(Fitted { adjusted, dark_inside: edge.dark_inside, gap, ratio: 1.0, measured_ratio: 1.0 })
+    let Edge { dark_inside, partial, cut, .. } = *edge;
+    Ok(Fitted { adjusted, dark_inside, partial, cut, gap, ratio: 1.0, measured_ratio: 1.0 })
 }
 
 /// The sectors in which the light beside the edge is the same as around most of the circle.

@@ -174,7 +174,8 @@ fn flags(circles: &FittedList, settings: &Settings, levels: &Levels, blur: f32) 
         let (_, b) = circle.adjusted.shape.semi_axes();
         let square = circle.adjusted.rms * circle.adjusted.rms;
         flags.set(Flags::RESIDUAL, square > explained + limits::FLAG_RESIDUAL * limits::FLAG_RESIDUAL);
-        flags.set(Flags::OCCLUDED, circle.gap > limits::FLAG_GAP);
+        flags.set(Flags::OCCLUDED, circle.partial || circle.gap > limits::FLAG_GAP);
+        flags.set(Flags::CUT, circle.cut);
         flags.set(Flags::SMALL, b.min(outside - b) < limits::FLAG_SMALL);
         outside = b;
     }
