@@ -3,14 +3,17 @@
 use super::Arc;
 use super::points::Point;
 use crate::fit::{Factor, Matrix};
+use crate::math;
 use crate::scan::{Crossing, CrossingList, Pool};
 
 /// Distance from both circles from which on a crossing is one of the ring's ends, px.
 const CLEAR: f32 = 1.0;
 /// Fewest crossings of the ends.
 const MIN_ENDS: u16 = 1;
-/// Largest difference of the gap's level from the paper's, as a share of the contrast, with which it is paper.
+/// Largest difference of the gap's level from the paper's, as a share of the contrast, with which it is paper, ...
 const SAME: f32 = 0.05;
+/// ... with room for this many standard deviations of the levels.
+const SAME_SIGMAS: f32 = 3.0;
 
 /// Whether a ring that is open between `circles`, the outer and the inner one with their crossings, shows paper in its gap: then
 /// it is a letter C and no target with something over it. The ends of the ring are looked for in `rest`.
@@ -27,7 +30,7 @@ pub(crate) fn shows_paper(
     for crossing in circles.iter().flat_map(|(_, list)| pool.iter(*list)) {
         normals.add(place(&Point::new(crossing, origin)), levels(crossing));
     }
-    let Some((light, contrast)) = normals.solve() else { return false };
+    let Some(Paper { light, contrast, noise }) = normals.solve() else { return false };
     let (mut sum, mut ends) = (0.0, 0u16);
     for crossing in pool.iter(rest) {
         let point = Point::new(crossing, origin);
@@ -38,7 +41,8 @@ pub(crate) fn shows_paper(
             ends += 1;
         }
     }
-    ends >= MIN_ENDS && sum.abs() < SAME * contrast * f32::from(ends)
+    let limit = SAME * contrast + SAME_SIGMAS * noise / math::sqrt(f32::from(ends));
+    ends >= MIN_ENDS && sum.abs() < limit * f32::from(ends)
 }
 
 /// Dark and light level beside a crossing.
@@ -55,7 +59,18 @@ struct Normals {
     right: [f32; 3],
     dark: f32,
     light: f32,
+    squares: f32,
     count: f32,
+}
+
+/// The light side of a ring.
+struct Paper {
+    /// Plane of the levels.
+    light: [f32; 3],
+    /// Mean difference from the dark side.
+    contrast: f32,
+    /// Standard deviation about the plane.
+    noise: f32,
 }
 
 impl Normals {
@@ -70,12 +85,14 @@ impl Normals {
         }
         self.dark += dark;
         self.light += light;
+        self.squares += light * light;
         self.count += 1.0;
     }
 
-    /// The plane, and the mean contrast.
-    fn solve(&self) -> Option<([f32; 3], f32)> {
-        let plane = Factor::new(&self.m)?.solve(self.right);
-        Some((plane, (self.light - self.dark) / self.count))
+    fn solve(&self) -> Option<Paper> {
+        let light = Factor::new(&self.m)?.solve(self.right);
+        let left = light.iter().zip(self.right).fold(self.squares, |left, (l, right)| left - l * right);
+        let noise = math::sqrt(left / self.count);
+        Some(Paper { light, contrast: (self.light - self.dark) / self.count, noise })
     }
 }

@@ -8,8 +8,8 @@ use crate::scan::{Crossing, Pool};
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
 const OUTLIER: f32 = 0.25;
 /// The same in the last pass, with room for this many standard deviations of the noise.
-const LAST_OUTLIER: f32 = 0.03;
-const LAST_OUTLIER_SIGMAS: f32 = 3.0;
+const LAST_OUTLIER: f32 = 0.04;
+const LAST_OUTLIER_SIGMAS: f32 = 4.0;
 /// Pixels whose levels are independent of each other where something lies before the target: eight places of eight pixels.
 const INDEPENDENT: f32 = 64.0;
 /// Lightness that the levels of an edge are expected to have at the far samples before the near ones are asked.
