@@ -6,7 +6,7 @@ use crate::candidate::{self, Waiting};
 use crate::measure::measure;
 use crate::reject::{Observer, Reject, Rejected};
 use crate::scan::{NONE, Scanner};
-use crate::settings::{Polarity, Settings};
+use crate::settings::{Compensation, Polarity, Settings};
 use crate::storage::Storage;
 use crate::summary::{Summary, Used};
 use crate::target::{Position, Target};
@@ -47,7 +47,8 @@ impl<'s> Detector<'s> {
     /// Starts a frame; whatever was left of the one before is forgotten.
     ///
     /// # Errors
-    /// [`FrameError`] for a size outside the limits or wider than the storage.
+    /// [`FrameError`] for a size outside the limits or wider than the storage, and for settings without the camera that they
+    /// need or with one whose distortion folds such a frame.
     pub fn begin(&mut self, width: u16, height: u16) -> Result<Scan<'_, 's, ()>, FrameError> {
         self.begin_observed(width, height, ())
     }
@@ -68,6 +69,15 @@ impl<'s> Detector<'s> {
         }
         if !(MIN_SIZE..=MAX_HEIGHT).contains(&height) {
             return Err(FrameError::Height { given: height });
+        }
+        match self.settings {
+            Settings { camera: None, compensation: Compensation::Known, .. } => {
+                return Err(FrameError::NoCamera);
+            }
+            Settings { camera: Some(camera), .. } if !camera.covers(width, height) => {
+                return Err(FrameError::Folded { width, height });
+            }
+            _ => (),
         }
         self.scanner.begin(width, height);
         let summary = Summary { width, height, ..Summary::default() };
@@ -237,6 +247,18 @@ impl<'i> Image<'i> {
         }
         Ok(Self { pixels, width, height })
     }
+
+    /// Width and height, px.
+    pub const fn size(&self) -> (u16, u16) {
+        (self.width, self.height)
+    }
+
+    /// Level of the pixel `(x, y)`; `None` outside the image.
+    pub fn level(&self, x: i32, y: i32) -> Option<u8> {
+        let (width, height) = (usize::from(self.width), usize::from(self.height));
+        let (x, y) = (usize::try_from(x).ok()?, usize::try_from(y).ok()?);
+        (x < width && y < height).then(|| self.pixels.get(y * width + x).copied())?
+    }
 }
 
 /// The targets of an image in memory.
@@ -300,6 +322,15 @@ pub enum FrameError {
         /// Rows announced.
         height: u16,
     },
+    /// [`Compensation::Known`] without a camera in the settings.
+    NoCamera,
+    /// The camera's distortion shows places twice within the frame.
+    Folded {
+        /// Width, px.
+        width: u16,
+        /// Height, px.
+        height: u16,
+    },
     /// The number of pixels is not that of the size.
     Pixels {
         /// Pixels given.
@@ -323,6 +354,12 @@ impl fmt::Display for FrameError {
             Self::TooFewRows { given, height } => {
                 write!(f, "frame ended after {given} of {height} rows")
             }
+            Self::NoCamera => write!(f, "compensation `Known` needs a camera in the settings"),
+            Self::Folded { width, height } => write!(
+                f,
+                "camera: the distortion folds the image within a frame of {width} x {height}: smaller coefficients, or \
+                 longer focal lengths, or a smaller frame"
+            ),
             Self::Pixels { given, width, height } => {
                 write!(f, "{given} pixels given for a frame of {width} x {height}")
             }

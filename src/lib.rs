@@ -15,7 +15,7 @@
 //! 3. `candidate`: closed ellipses, which lie in which ([`Reject`]).
 //! 4. `edge`: levels under one illumination plane, blur, edge points in 1/256 px.
 //! 5. `fit`: exact integer sums, a 5 x 5 system, one geometric step; ellipses with covariance.
-//! 6. [`centre`]: eq. (7), the exact form, the conic pencil; covariance of the centre.
+//! 6. [`centre`]: eq. (7), the exact form, the conic pencil, the plane seen by a known [`Camera`]; covariance of the centre.
 //! 7. [`Target`]s out; [`report`]: the bytes that a head sends for a frame.
 //!
 //! # Conventions
@@ -50,8 +50,10 @@
 #![deny(unsafe_code)]
 
 mod arcs;
+mod camera;
 mod candidate;
 pub mod centre;
+pub mod coplanar;
 mod detector;
 mod edge;
 mod fit;
@@ -59,6 +61,7 @@ mod fit;
 pub mod head;
 mod math;
 mod measure;
+pub mod refine;
 mod reject;
 pub mod report;
 mod scan;
@@ -67,6 +70,7 @@ mod storage;
 mod summary;
 pub mod target;
 
+pub use camera::{Camera, CameraError, Distortion};
 pub use detector::{
     Detection, Detector, FrameError, Image, MAX_HEIGHT, MAX_WIDTH, MIN_SIZE, Rest, RowError, Scan, Targets,
 };

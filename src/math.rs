@@ -13,6 +13,16 @@ pub(crate) fn atan2(y: f32, x: f32) -> f32 {
     libm::atan2f(y, x)
 }
 
+/// e^x.
+pub(crate) fn exp(x: f32) -> f32 {
+    libm::expf(x)
+}
+
+/// (sin, cos) of radians.
+pub(crate) fn sincos(x: f32) -> (f32, f32) {
+    libm::sincosf(x)
+}
+
 /// Nearest integer, halves away from zero; saturates.
 pub(crate) fn round(x: f32) -> i32 {
     libm::roundf(x) as i32

@@ -36,6 +36,12 @@ impl Position {
         Self { x: axis(x, dx), y: axis(y, dy) }
     }
 
+    /// The place `(dx, dy)` px from here, rounded to the grid. Saturates at the range.
+    pub(crate) fn moved(self, (dx, dy): (f32, f32)) -> Self {
+        let axis = |from: i32, by: f32| from.saturating_add(crate::math::round(by * Self::SCALE as f32));
+        Self { x: axis(self.x, dx), y: axis(self.y, dy) }
+    }
+
     /// `(x, y)` in px, rounded to `f32` (up to 1.2e-4 px of rounding at column 4000).
     pub fn to_px(self) -> (f32, f32) {
         let scale = 1.0 / Self::SCALE as f32;
@@ -66,15 +72,26 @@ impl Covariance {
     pub(crate) fn scaled(&self, factor: f32) -> Self {
         Self { xx: factor * self.xx, xy: factor * self.xy, yy: factor * self.yy }
     }
+
+    /// That of a place after the linear map `m`.
+    pub(crate) fn mapped(&self, [[a, b], [c, d]]: [[f32; 2]; 2]) -> Self {
+        let Self { xx, xy, yy } = *self;
+        Self {
+            xx: a * (a * xx + b * xy) + b * (a * xy + b * yy),
+            xy: a * (c * xx + d * xy) + b * (c * xy + d * yy),
+            yy: c * (c * xx + d * xy) + d * (c * xy + d * yy),
+        }
+    }
 }
 
 /// The image of one circle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ellipse {
-    /// Ellipse centre (B in Huo et al. 2013).
+    /// Ellipse centre (B in Huo et al. 2013). With a camera in the settings, where the image shows the centre of the ellipse
+    /// that a lens without distortion would show.
     pub centre: Position,
-    /// Semi-major axis, px.
+    /// Semi-major axis, px. With a camera, this and what follows are of that ellipse: in undistorted px.
     pub a: f32,
     /// Semi-minor axis, px, `<= a`.
     pub b: f32,
@@ -90,7 +107,7 @@ pub struct Circle {
     pub ellipse: Ellipse,
     /// Covariance of the ellipse centre, px^2.
     pub covariance: Covariance,
-    /// RMS distance of the edge points from the ellipse, px.
+    /// RMS distance of the edge points from the ellipse, px; undistorted px with a camera.
     pub rms: f32,
     /// Edge points in the fit.
     pub points: u16,
@@ -162,6 +179,9 @@ impl Flags {
 }
 
 /// A target found in a frame.
+///
+/// With a camera in the settings all ellipses are those that a lens without distortion would show. Places and
+/// covariances are nevertheless in the image as it is: each is put back through the lens.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Target {
@@ -173,6 +193,9 @@ pub struct Target {
     pub eq7: Position,
     /// Centre by the exact form.
     pub exact: Position,
+    /// Unit normal of the target's plane, towards the camera, in camera axes (x right, y down, z forward, so that z is
+    /// negative). Only with a camera ([`Settings::camera`](crate::Settings::camera)) that the ellipses do not contradict.
+    pub normal: Option<[f32; 3]>,
     /// The circles, outermost first; at least two.
     pub circles: Vec<Circle, MAX_CIRCLES>,
     /// Bright minus dark level at the target's middle, grey levels.

@@ -7,7 +7,7 @@ use std::{
 
 use clap::{Parser, Subcommand};
 
-use crate::{demo, detect, monitor, render};
+use crate::{accuracy, demo, detect, monitor, render};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -34,6 +34,7 @@ enum Command {
     Detect(detect::command::Args),
     Render(Box<render::command::Args>),
     Monitor(monitor::command::Args),
+    Accuracy(accuracy::command::Args),
     Demo(demo::Args),
 }
 
@@ -45,6 +46,7 @@ pub fn main() -> ExitCode {
         Command::Detect(args) => detect::command::execute(&args, &mut out),
         Command::Render(args) => render::command::run(&args).map(|()| true),
         Command::Monitor(args) => monitor::command::run(&args).map(|()| true),
+        Command::Accuracy(args) => accuracy::command::execute(&args, &mut out).map(|()| true),
         Command::Demo(args) => demo::execute(&args, &mut out).map(|()| true),
     };
     match result.and_then(|all_well| out.flush().map(|()| all_well).map_err(Into::into)) {

@@ -1,5 +1,6 @@
 //! Desktop side of `concentric`: the simulator and the commands of the program `concentric`.
 
+pub mod accuracy;
 pub mod cli;
 pub mod demo;
 pub mod detect;

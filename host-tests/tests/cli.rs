@@ -78,7 +78,7 @@ fn json(output: &Output) -> Vec<Value> {
 fn help_and_version() {
     let folder = Folder::new();
     let help = text(&folder.run(&["--help"]).stdout);
-    for word in ["detect", "render", "monitor", "demo", "Examples:"] {
+    for word in ["detect", "render", "monitor", "accuracy", "demo", "Examples:"] {
         assert!(help.contains(word), "{help}");
     }
     assert_eq!(
@@ -265,11 +265,17 @@ fn compensation_changes_the_centre_only() {
         let output = folder.run(&["detect", "--ratio", "0.5", "--json", "--compensation", mode, "a.png"]);
         json(&output)[0]["targets"][0].clone()
     };
-    let [none, eq7, exact] = ["none", "eq7", "exact"].map(target);
+    let [none, eq7, exact, auto] = ["none", "eq7", "exact", "auto"].map(target);
     assert_eq!(none["x"], none["circles"][0]["x"]);
     assert_eq!(none["eccentricity"], 0.0);
     assert_eq!((&eq7["x"], &eq7["y"]), (&eq7["eq7"]["x"], &eq7["eq7"]["y"]));
     assert!(exact["eccentricity"].as_f64().unwrap() > 0.1);
+    // Here the eccentricity is a hundred times its sigma, so nearly all of it is corrected.
+    let [from_exact, from_none] = [&exact, &none].map(|other| {
+        let axis = |name: &str| auto[name].as_f64().unwrap() - other[name].as_f64().unwrap();
+        axis("x").hypot(axis("y"))
+    });
+    assert!(from_exact < 0.003 * from_none, "{from_exact} {from_none}");
     assert_eq!(none["circles"], exact["circles"]);
 }
 
@@ -380,4 +386,51 @@ fn the_demo_shows_why() {
     assert_eq!(folder.run(&["demo", "--out", "other.png"]).status.code(), Some(0));
     assert!(folder.path("other.png").exists());
     assert_eq!(folder.run(&["demo", "--out", "other.bmp"]).status.code(), Some(2));
+}
+
+#[test]
+fn accuracy_writes_where_it_is_told() {
+    let folder = Folder::new();
+    let few = ["accuracy", "--quick", "--cell", "size: R10 w0", "--frames", "5", "--method", "none,exact"];
+    let output = folder.run(&few);
+    let table = text(&output.stdout);
+    assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
+    assert!(
+        ["none\n", "exact\n", "size: R10 w0\n", "RMS / bound"].iter().all(|part| table.contains(part)),
+        "{table}"
+    );
+    assert_eq!(std::fs::read_dir(folder.0.path()).unwrap().count(), 0, "nothing is written with --cell");
+
+    let output = folder.run(&[&few[..], &["--out", "new/folder"]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let page = std::fs::read_to_string(folder.path("new/folder/accuracy.md")).unwrap();
+    assert!(page.contains("| R10 w0 | 5 | 5 |"), "{page}");
+    let lines = std::fs::read_to_string(folder.path("new/folder/accuracy.csv")).unwrap();
+    let columns: Vec<_> = lines.lines().map(|line| line.split(',').count()).collect();
+    assert!(columns.len() > 2 && columns.iter().all(|count| *count == columns[0]), "{lines}");
+    for plot in ["bound.svg", "sigma.svg"] {
+        let svg = std::fs::read_to_string(folder.path("new/folder").join(plot)).unwrap();
+        assert!(svg.trim_end().ends_with("</svg>") && page.contains(plot));
+    }
+}
+
+#[test]
+fn accuracy_refuses_what_it_cannot_do() {
+    let folder = Folder::new();
+    folder.write("file", b"");
+    for (arguments, parts) in [
+        (&["--frames", "0"][..], &["--frames", "0 is not in 1..="][..]),
+        (&["--frames", "many"], &["--frames", "many"]),
+        (&["--method", "best"], &["--method", "best", "exact"]),
+    ] {
+        let output = folder.run(&[&["accuracy", "--quick"], arguments].concat());
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+    }
+    assert_refused(&folder.run(&["accuracy", "--cell", "R1000"]), &["--cell R1000", "no cell"]);
+    assert_refused(
+        &folder.run(&["accuracy", "--out", "file/below"]),
+        &["cannot write to the folder file/below"],
+    );
 }

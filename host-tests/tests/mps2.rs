@@ -15,6 +15,7 @@ use concentric_host::render::{Artwork, Camera, Scene, Shading, Style};
 const ANY: u32 = 0;
 const HALF: u32 = Frame::RATIO_ONE / 2;
 const EXACT: u32 = 2;
+const AUTO: u32 = 3;
 const FULL: u32 = 2;
 
 /// A frame, and how it is to be measured.
@@ -93,7 +94,7 @@ fn cases() -> Result<Vec<Case>> {
         Case::rendered("60 targets of any ratio, large", ANY, &many(60, 1280, 1024, false)?),
         Case::rendered("60 targets in clutter", HALF, &many(60, 640, 480, true)?),
         Case::rendered("60 targets in clutter, large", ANY, &many(60, 1280, 1024, true)?),
-        Case::rendered("noisy", HALF, &lit(30.0, 220.0, None, 12.0)?),
+        Case::rendered("noisy", HALF, &lit(30.0, 220.0, None, 12.0)?).compensation(AUTO),
         Case::rendered("dim", HALF, &lit(20.0, 60.0, None, 2.0)?),
         Case::rendered("bright", HALF, &lit(190.0, 240.0, None, 2.0)?),
         Case::rendered("unevenly lit", ANY, &lit(30.0, 150.0, Some(slope), 2.0)?),

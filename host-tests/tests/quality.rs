@@ -206,14 +206,3 @@ fn light_is_the_polarity() {
     let inverse = Frame { pixels, ..frame };
     assert!(has(&measured(&inverse, TargetSpec::any().light()), Flags::LIGHT));
 }
-
-#[test]
-fn insignificant_is_a_correction_below_its_own_noise() {
-    let tilted = |tilt: f64| {
-        target(40.0, |scene| {
-            scene.targets[0].pose.tilt = tilt;
-            scene.photometry.noise = 4.0;
-        })
-    };
-    assert!(has(&tilted(0.0), Flags::INSIGNIFICANT) && !has(&tilted(40.0), Flags::INSIGNIFICANT));
-}

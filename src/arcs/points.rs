@@ -23,7 +23,7 @@ pub(super) struct Point {
 
 impl Point {
     pub fn new(crossing: &Crossing, origin: (u16, u16)) -> Self {
-        let x = (i32::from(crossing.x()) - i32::from(origin.0)) as f32;
+        let x = (i32::from(crossing.x) - i32::from(origin.0)) as f32;
         let y = (i32::from(crossing.y()) - i32::from(origin.1)) as f32;
         let [n0, n1, n2, n3] = crossing.near.map(f32::from);
         let step = n2 - n1;

@@ -11,15 +11,18 @@
 //!   ([`perspective`]).
 //! * The correction costs noise: [`Significance`] says how much of it is worth that.
 //! * A ratio that is not given is measured by the pencil of the two conics ([`Pencil`]).
+//! * With a known camera the shape of one ellipse leaves two planes on which it is the image of a circle ([`Sight`]).
 //!
 //! Everything here is generic over `f32` and `f64`: the device calculates in f32, the desktop checks against f64.
 
 mod combine;
 mod pencil;
 mod real;
+mod section;
 mod significance;
 
 pub use combine::{Weights, mean, perspective, weights};
 pub use pencil::Pencil;
 pub use real::Real;
+pub use section::{Misfit, Section, Sight};
 pub use significance::Significance;

@@ -12,6 +12,9 @@ const LAST_OUTLIER: f32 = 0.04;
 const LAST_OUTLIER_SIGMAS: f32 = 4.0;
 /// Pixels whose levels are independent of each other where something lies before the target: eight places of eight pixels.
 const INDEPENDENT: f32 = 64.0;
+/// Standard deviation of the light's slope along either axis where a level is clipped, relative change over the outer
+/// semi-major axis: one sixth over the whole target.
+const CLIPPED_SLOPE: f32 = 1.0 / 12.0;
 /// Lightness that the levels of an edge are expected to have at the far samples before the near ones are asked.
 const CLEAR: f32 = 0.5;
 
@@ -120,7 +123,7 @@ impl Levels {
                 let Some(local) = views.local(crossing) else { continue };
                 let samples = Samples::new(&local, crossing, sigma);
                 for sample in [samples.better_of(0, 1), samples.better_of(3, 2)] {
-                    normals.count_clipped(sample.far_level);
+                    normals.count_clipped(sample.far_level, self.noise);
                     let (x, y) = local.point(sample.place);
                     let mixed = self.mixed(sample.lightness);
                     let expected = mixed * (1.0 + self.gx * x + self.gy * y);
@@ -242,9 +245,11 @@ struct Normals {
 }
 
 impl Normals {
-    fn count_clipped(&mut self, level: f32) {
+    /// The mean of pixels at the end of the scale is off it by some of their `noise`.
+    fn count_clipped(&mut self, level: f32, noise: f32) {
+        let off = noise + 0.5;
         self.samples += 1;
-        self.clipped += u32::from(level <= 0.0 || level >= 255.0);
+        self.clipped += u32::from(level <= off || level >= 255.0 - off);
     }
 
     /// Adds a sample; `gx` and `gy` are its derivatives by the two slopes, `residual` what the levels before leave.
@@ -272,6 +277,10 @@ impl Normals {
         let of_slopes = variance * scale * scale;
         let [_, _, xx, xy] = factor.solve([0.0, 0.0, of_slopes, 0.0]);
         let [_, _, _, yy] = factor.solve([0.0, 0.0, 0.0, of_slopes]);
+        let clipped = self.clipped > self.samples / 10;
+        // Where the scale ends the light may change unseen.
+        let unseen = if clipped { CLIPPED_SLOPE * CLIPPED_SLOPE * scale * scale } else { 0.0 };
+        let (xx, yy) = (xx + unseen, yy + unseen);
         Some(Levels {
             dark,
             bright,
@@ -281,7 +290,7 @@ impl Normals {
             noise: math::sqrt(variance),
             // The first two terms of each sample sum to 1.
             pixels: self.m[0][0] + 2.0 * self.m[0][1] + self.m[1][1],
-            clipped: self.clipped > self.samples / 10,
+            clipped,
         })
     }
 }

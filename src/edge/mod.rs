@@ -17,7 +17,8 @@ pub(crate) use place::{Blur, measure_blur, place};
 use crate::fit::Shape;
 use crate::math;
 use crate::scan::{Axis, Crossing, CrossingList, Outline};
-use profile::{Blurred, mean_tail, normal};
+pub(crate) use profile::normal;
+use profile::{Blurred, mean_tail};
 
 /// Crossings of an outline that are used for the blur and for a first look at the levels.
 const FEW: u16 = 16;
@@ -135,7 +136,7 @@ impl Edges<'_> {
 impl Views {
     /// `None` if the other axis is the better one here, or the crossing does not belong to this edge.
     fn local(&self, crossing: &Crossing) -> Option<Local> {
-        let x = (i32::from(crossing.x()) - self.origin.0) as f32;
+        let x = (i32::from(crossing.x) - self.origin.0) as f32;
         let y = (i32::from(crossing.y()) - self.origin.1) as f32;
         let [n0, n1, n2, n3] = crossing.near.map(i32::from);
         let rising = n2 + n3 > n0 + n1;
@@ -204,22 +205,19 @@ impl View {
 impl Local {
     /// The near samples in order of growing lightness: places towards light from (x, y), and levels.
     fn near(&self, crossing: &Crossing) -> ([f32; 4], [f32; 4]) {
-        let [a, b, c, d] = crossing.near;
-        self.towards_light([-2.0, -1.0, 0.0, 1.0], [a, b, c, d])
+        self.towards_light([-2.0, -1.0, 0.0, 1.0], crossing.near.map(f32::from))
     }
 
     fn outer(&self, crossing: &Crossing) -> Outer {
-        let ([a, _, _, d], [mut dark, mut light]) = (crossing.near, crossing.far());
-        let levels = [dark.level, a, d, light.level];
-        let (first, levels) = self.towards_light([-4.0, -2.0, 1.0, 3.0], levels);
-        if self.sign() < 0.0 {
-            core::mem::swap(&mut dark, &mut light);
-        }
-        Outer { first, levels, pixels: [f32::from(dark.len()), 1.0, 1.0, f32::from(light.len())] }
+        let ([a, _, _, d], [before, after]) = (crossing.near.map(f32::from), crossing.far());
+        let ((before, first), (after, last)) = (before.mean(), after.mean());
+        let (first, levels) = self.towards_light([-4.0, -2.0, 1.0, 3.0], [first, a, d, last]);
+        let pixels = if self.sign() > 0.0 { [before, 1.0, 1.0, after] } else { [after, 1.0, 1.0, before] };
+        Outer { first, levels, pixels }
     }
 
-    fn towards_light(&self, places: [f32; 4], levels: [u8; 4]) -> ([f32; 4], [f32; 4]) {
-        let [a, b, c, d] = levels.map(f32::from);
+    fn towards_light(&self, places: [f32; 4], levels: [f32; 4]) -> ([f32; 4], [f32; 4]) {
+        let [a, b, c, d] = levels;
         // The samples lie symmetrically about half a pixel before (x, y).
         if self.sign() > 0.0 {
             (places, [a, b, c, d])

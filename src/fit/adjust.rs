@@ -29,9 +29,20 @@ pub(crate) struct Adjusted {
     pub shape: Shape,
     /// Covariance of its centre, px^2.
     pub covariance: Covariance,
+    /// Covariance of stretch and centre in the frame where it is the unit circle: of the terms (u^2 - v^2, 2 u v) of its
+    /// conic and of (u, v) of its centre.
+    pub frame_covariance: Matrix<4>,
     /// RMS distance of the points, px.
     pub rms: f32,
     pub points: u16,
+}
+
+impl Adjusted {
+    /// The same with `factor` times the variance.
+    pub fn with_variance(&self, factor: f32) -> Self {
+        let frame_covariance = self.frame_covariance.map(|row| row.map(|entry| factor * entry));
+        Self { covariance: self.covariance.scaled(factor), frame_covariance, ..*self }
+    }
 }
 
 /// A point in the frame where the ellipse is the unit circle.
@@ -97,9 +108,11 @@ impl Adjustment {
         let squares = (self.squares - gain).max(0.0);
         let free = self.points.checked_sub(5).filter(|&free| free > 0)?;
         let variance = squares / f32::from(free);
+        let frame_covariance = frame_covariance(&factor, variance);
         Some(Adjusted {
-            shape: self.moved(&step)?,
-            covariance: self.centre_covariance(&factor, variance),
+            shape: self.frame.moved(&self.shape, &step)?,
+            covariance: self.frame.covariance(&frame_covariance),
+            frame_covariance,
             rms: math::sqrt(squares / f32::from(self.points)),
             points: self.points,
         })
@@ -111,49 +124,21 @@ impl Adjustment {
         let [_, _, c, d, e] = self.right;
         let m: Matrix<3> = [[cc, 0.0, 0.0], [dc, dd, 0.0], [ec, ed, ee]];
         let [c, d, e] = Factor::new(&m)?.solve([c, d, e]);
-        self.moved(&[0.0, 0.0, c, d, e])
+        self.frame.moved(&self.shape, &[0.0, 0.0, c, d, e])
     }
+}
 
-    /// The ellipse after adding `step` to the conic.
-    fn moved(&self, &[a, b, c, d, e]: &[f32; 5]) -> Option<Shape> {
-        let (kxx, kxy, kyy) = (1.0 + c + a, b, 1.0 + c - a);
-        let det = kxx * kyy - kxy * kxy;
-        if !(det > 0.0) {
-            return None;
-        }
-        let u = 0.5 * (kxy * e - kyy * d) / det;
-        let v = 0.5 * (kxy * d - kxx * e) / det;
-        let level = 1.0 - 0.5 * (d * u + e * v);
-        let Frame { l0, l1, l2 } = self.frame;
-        let dy = v / l2;
-        let dx = (u - l1 * dy) / l0;
-        (level > 0.0).then(|| Shape {
-            cx: self.shape.cx + dx,
-            cy: self.shape.cy + dy,
-            axx: l0 * l0 * kxx / level,
-            axy: l0 * (l1 * kxx + l2 * kxy) / level,
-            ayy: (l1 * l1 * kxx + 2.0 * l1 * l2 * kxy + l2 * l2 * kyy) / level,
-        })
-    }
+/// Stretch and centre from the terms of the conic, as (index, factor): the centre moves by minus half the last two.
+pub(crate) const CENTRE_TERMS: [(usize, f32); 4] = [(0, 1.0), (1, 1.0), (3, -0.5), (4, -0.5)];
 
-    /// The centre moves by minus half the last two terms, in the circle's frame.
-    fn centre_covariance(&self, factor: &Factor<5>, variance: f32) -> Covariance {
-        let column = |k: usize| {
-            let mut unit = [0.0; 5];
-            unit[k] = 0.25 * variance;
-            factor.solve(unit)
-        };
-        let [_, _, _, uu, uv] = column(3);
-        let [_, _, _, _, vv] = column(4);
-        let Frame { l0, l1, l2 } = self.frame;
-        // p = L^-1 q: y = v / l2, x = (u - l1 y) / l0.
-        let k = l1 / (l0 * l2);
-        Covariance {
-            xx: uu / (l0 * l0) - 2.0 * k * uv / l0 + k * k * vv,
-            xy: (uv / l0 - k * vv) / l2,
-            yy: vv / (l2 * l2),
-        }
-    }
+/// [`Adjusted::frame_covariance`].
+fn frame_covariance(factor: &Factor<5>, variance: f32) -> Matrix<4> {
+    CENTRE_TERMS.map(|(term, scale)| {
+        let mut unit = [0.0; 5];
+        unit[term] = scale * variance;
+        let solved = factor.solve(unit);
+        CENTRE_TERMS.map(|(term, scale)| scale * solved[term])
+    })
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ mod solve;
 mod spread;
 mod sums;
 
-pub(crate) use adjust::{Adjusted, Adjustment};
+pub(crate) use adjust::{Adjusted, Adjustment, CENTRE_TERMS};
 pub(crate) use rough::Rough;
 pub(crate) use shape::{Frame, Shape};
 pub(crate) use solve::{Factor, Matrix};

@@ -1,7 +1,8 @@
 //! An ellipse as the library calculates with it.
 
+use super::solve::Matrix;
 use crate::math;
-use crate::target::{Ellipse, Position};
+use crate::target::{Covariance, Ellipse};
 
 /// The ellipse (p - c)' A (p - c) = 1, about an integer origin that its user knows. Lengths in px.
 #[derive(Clone, Copy, Debug, Default)]
@@ -53,6 +54,13 @@ impl Shape {
         Self { cx: self.cy, cy: self.cx, axx: self.ayy, axy: self.axy, ayy: self.axx }
     }
 
+    /// An ellipse of the report, with its centre at `(cx, cy)`. `None` if it has no area.
+    pub fn from_ellipse(ellipse: &Ellipse, (cx, cy): (f32, f32)) -> Option<Self> {
+        let (s, c) = math::sincos(ellipse.theta);
+        let (p, q) = (0.25 * ellipse.a * ellipse.a, 0.25 * ellipse.b * ellipse.b);
+        Self::from_moments(cx, cy, p * c * c + q * s * s, (p - q) * s * c, p * s * s + q * c * c)
+    }
+
     /// Semi-axes, px, major first.
     pub fn semi_axes(&self) -> (f32, f32) {
         let mean = 0.5 * (self.axx + self.ayy);
@@ -86,11 +94,11 @@ impl Shape {
         Self { cx: self.cx - x, cy: self.cy - y, ..*self }
     }
 
-    /// For the report; `(x, y)` is the origin's pixel.
-    pub fn to_ellipse(self, x: i32, y: i32) -> Ellipse {
+    /// For the report, without the centre's place in the image.
+    pub fn to_ellipse(self) -> Ellipse {
         let (a, b) = self.semi_axes();
         let theta = 0.5 * math::atan2(-2.0 * self.axy, self.ayy - self.axx);
-        Ellipse { centre: Position::from_origin(x, y, self.cx, self.cy), a, b, theta }
+        Ellipse { a, b, theta, ..Ellipse::default() }
     }
 }
 
@@ -123,5 +131,45 @@ impl Frame {
         let xy = (shape.axy - l1 * l0 * xx) / (l0 * l2);
         let yy = (shape.ayy - 2.0 * l1 * l2 * xy - l1 * l1 * xx) / (l2 * l2);
         (xx, xy, yy)
+    }
+
+    /// The ellipse `shape`, whose frame this is, after adding the terms (u^2 - v^2, 2 u v, u^2 + v^2, u, v) times `step` to its
+    /// conic.
+    pub fn moved(&self, shape: &Shape, &[a, b, c, d, e]: &[f32; 5]) -> Option<Shape> {
+        let (kxx, kxy, kyy) = (1.0 + c + a, b, 1.0 + c - a);
+        let det = kxx * kyy - kxy * kxy;
+        if !(det > 0.0) {
+            return None;
+        }
+        let u = 0.5 * (kxy * e - kyy * d) / det;
+        let v = 0.5 * (kxy * d - kxx * e) / det;
+        let level = 1.0 - 0.5 * (d * u + e * v);
+        let (dx, dy) = self.inverse(u, v);
+        let Self { l0, l1, l2 } = *self;
+        (level > 0.0).then(|| Shape {
+            cx: shape.cx + dx,
+            cy: shape.cy + dy,
+            axx: l0 * l0 * kxx / level,
+            axy: l0 * (l1 * kxx + l2 * kxy) / level,
+            ayy: (l1 * l1 * kxx + 2.0 * l1 * l2 * kxy + l2 * l2 * kyy) / level,
+        })
+    }
+
+    /// The inverse of [`vector`](Self::vector).
+    pub fn inverse(&self, u: f32, v: f32) -> (f32, f32) {
+        let dy = v / self.l2;
+        ((u - self.l1 * dy) / self.l0, dy)
+    }
+
+    /// The covariance in the image of a centre, from that of stretch and centre in the frame.
+    pub fn covariance(&self, frame: &Matrix<4>) -> Covariance {
+        let (uu, uv, vv) = (frame[2][2], frame[3][2], frame[3][3]);
+        let Self { l0, l1, l2 } = *self;
+        let k = l1 / (l0 * l2);
+        Covariance {
+            xx: uu / (l0 * l0) - 2.0 * k * uv / l0 + k * k * vv,
+            xy: (uv / l0 - k * vv) / l2,
+            yy: vv / (l2 * l2),
+        }
     }
 }

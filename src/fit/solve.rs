@@ -39,17 +39,23 @@ impl<const N: usize> Factor<N> {
     }
 
     /// The solution of the system with this right-hand side.
-    pub fn solve(&self, mut b: [f32; N]) -> [f32; N] {
-        for i in 0..N {
+    pub fn solve(&self, b: [f32; N]) -> [f32; N] {
+        self.solve_first(b, N)
+    }
+
+    /// The solution of the system of the first `count` unknowns alone; the others stay as they are in `b`.
+    pub fn solve_first(&self, mut b: [f32; N], count: usize) -> [f32; N] {
+        let count = count.min(N);
+        for i in 0..count {
             for k in 0..i {
                 b[i] -= self.l[i][k] * b[k];
             }
         }
-        for i in 0..N {
+        for i in 0..count {
             b[i] /= self.d[i];
         }
-        for i in (0..N).rev() {
-            for k in i + 1..N {
+        for i in (0..count).rev() {
+            for k in i + 1..count {
                 b[i] -= self.l[k][i] * b[k];
             }
         }

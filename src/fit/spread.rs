@@ -61,7 +61,7 @@ mod tests {
             for i in 0..999 {
                 // Quantiles of the normal distribution, roughly, by the logistic one.
                 let share = (i as f32 + 0.5) / 999.0;
-                let residual = 0.551 * sigma * libm::logf(share / (1.0 - share));
+                let residual = 0.614 * sigma * libm::logf(share / (1.0 - share));
                 spread.add(residual * residual);
             }
             let clean = spread.sigma();

@@ -40,7 +40,7 @@ pub(super) fn choose(fitted: &FittedList, settings: &Settings, width: u16) -> Re
 }
 
 /// `inner` with its measured ratio, if it can be a circle concentric with `outer`.
-fn concentric(outer: &Fitted, inner: &Fitted, width: u16) -> Option<Fitted> {
+pub(crate) fn concentric(outer: &Fitted, inner: &Fitted, width: u16) -> Option<Fitted> {
     let (large, small) = (outer.adjusted.shape, inner.adjusted.shape);
     let b = small.semi_axes().1;
     let frame = Frame::new(&large)?;

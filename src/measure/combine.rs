@@ -3,7 +3,7 @@
 use super::ellipse::{Fitted, FittedList};
 use crate::centre::{Significance, Weights, mean, perspective, weights};
 use crate::fit::Adjusted;
-use crate::target::{Covariance, MAX_CIRCLES, Position};
+use crate::target::{Covariance, MAX_CIRCLES};
 use heapless::Vec;
 
 /// A centre with its covariance, about the origin, px.
@@ -13,7 +13,7 @@ pub(super) struct Centre {
     pub y: f32,
     pub covariance: Covariance,
     /// How far it moves when uneven light moves the outer ellipse by 1 px: edges of opposite polarity move apart.
-    swing: f32,
+    pub swing: f32,
 }
 
 impl Centre {
@@ -59,10 +59,6 @@ impl Centre {
         self.covariance.xx *= factor;
         self.covariance.xy *= factor;
         self.covariance.yy *= factor;
-    }
-
-    pub fn position(&self, origin: (u16, u16)) -> Position {
-        Position::from_origin(i32::from(origin.0), i32::from(origin.1), self.x, self.y)
     }
 }
 
@@ -139,7 +135,7 @@ fn variance(circle: &Fitted) -> f32 {
 }
 
 /// How far uneven light moves an ellipse where it moves the outer one by 1 px.
-fn swing(circle: &Fitted) -> f32 {
+pub(super) fn swing(circle: &Fitted) -> f32 {
     if circle.dark_inside { circle.ratio } else { -circle.ratio }
 }
 

@@ -1,5 +1,6 @@
 //! One edge: its edge points to an ellipse.
 
+use super::origin::Origin;
 use super::sectors::{SectorLight, SectorSums, Sectors};
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Spread, Sums};
@@ -10,20 +11,19 @@ use crate::settings::limits;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
-/// Most steps of a fit: of a whole ellipse, and of arcs, which start from the search's rough one.
+/// Most steps of a fit; an undamaged ellipse needs one or two.
 const PASSES: usize = 6;
-const PASSES_PARTIAL: usize = 6;
 
 /// An edge after its fit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Fitted {
+pub(crate) struct Fitted {
     pub adjusted: Adjusted,
     pub dark_inside: bool,
     /// Only arcs of it are seen.
     pub partial: bool,
     /// The frame's border cuts it.
     pub cut: bool,
-    /// Longest gap between edge points, in 32nds of a turn.
+    /// Longest gap between edge points, in parts of a turn.
     pub gap: u32,
     /// Radius in units of the outer circle's.
     pub ratio: f32,
@@ -31,7 +31,7 @@ pub(super) struct Fitted {
     pub measured_ratio: f32,
 }
 
-pub(super) type FittedList = Vec<Fitted, MAX_CIRCLES>;
+pub(crate) type FittedList = Vec<Fitted, MAX_CIRCLES>;
 
 /// Appends to a list that is never longer than the one it is made of.
 pub(super) fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
@@ -42,26 +42,27 @@ pub(super) fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
     list
 }
 
-/// Fits the ellipse of one edge to its edge points. The noise is in units of the contrast.
-pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16), noise: f32) -> Result<Fitted, Reject> {
+/// Fits the ellipse of one edge to its edge points. The noise of their samples is in units of the contrast.
+pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin, noise: f32) -> Result<Fitted, Reject> {
     let tolerance = 256.0 * (limits::MISFIT + limits::MISFIT_SIGMAS * noise);
     let sound = move |crossing: &&Crossing| {
         crossing.edge_point().is_some_and(|point| f32::from(point.misfit) <= tolerance)
     };
     let crossings = || pool.iter(edge.crossings).filter(sound);
-    let points = || crossings().filter_map(|crossing| edge_point(crossing, origin));
-    let start = start(edge, points())?;
+    let places = || crossings().filter_map(|crossing| edge_point(crossing, origin.pixel));
+    let points = || places().filter_map(|point| origin.undistorted(point));
+    let start = start(edge, places(), origin)?;
     let even = even_sectors(&start, crossings(), origin, noise).ok_or(Reject::NotElliptic)?;
     let mut gate = Gate { limit: f32::INFINITY, sectors: even, even };
     let mut step = adjust(start, points(), &gate)?;
-    for _ in 1..if edge.partial { PASSES_PARTIAL } else { PASSES } {
+    for _ in 1..PASSES {
         gate = step.gate(even);
         if step.farthest <= gate.limit && step.seen.0 & !gate.sectors == 0 {
             break;
         }
         step = adjust(step.adjusted.shape, points(), &gate)?;
     }
-    let Step { mut adjusted, seen, .. } = step;
+    let Step { adjusted, seen, .. } = step;
     let (_, b) = adjusted.shape.semi_axes();
     let gap = seen.longest_gap();
     if gap > limits::MAX_GAP {
@@ -72,64 +73,50 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: (u16, u16), noise: f32) 
     if !(adjusted.rms <= share * (limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b)) {
         return Err(Reject::NotElliptic);
     }
-    adjusted.covariance = adjusted.covariance.scaled(excess(&adjusted, points(), &gate));
+    let adjusted = adjusted.with_variance(excess(&adjusted, points(), &gate));
     let Edge { dark_inside, partial, cut, .. } = *edge;
     Ok(Fitted { adjusted, dark_inside, partial, cut, gap, ratio: 1.0, measured_ratio: 1.0 })
+}
+
+/// Edge point of a crossing about the origin, 1/256 px.
+fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
+    let offset = i32::from(crossing.edge_point()?.offset);
+    let x = 256 * (i32::from(crossing.x) - i32::from(origin.0));
+    let y = 256 * (i32::from(crossing.y()) - i32::from(origin.1));
+    Some(match crossing.axis() {
+        Axis::Row => (x + offset, y),
+        Axis::Column => (x, y + offset),
+    })
+}
+
+/// The algebraic fit; where arcs are missing that would shrink the ellipse, and the search has given a better one of what is
+/// seen.
+fn start(edge: &Edge, places: impl Iterator<Item = (i32, i32)>, origin: &Origin) -> Result<Shape, Reject> {
+    if edge.partial && origin.lens().is_none() {
+        return Ok(edge.shape);
+    }
+    let mut sums = Sums::default();
+    places.filter_map(|place| origin.on_grid(place)).for_each(|(x, y)| sums.add(x, y));
+    sums.fit().ok_or(Reject::NotElliptic)
 }
 
 /// The sectors in which the light beside the edge is the same as around most of the circle.
 fn even_sectors<'c>(
     shape: &Shape,
     crossings: impl Iterator<Item = &'c Crossing>,
-    origin: (u16, u16),
+    origin: &Origin,
     noise: f32,
 ) -> Option<u128> {
     let adjustment = Adjustment::new(*shape)?;
     let mut light = SectorLight::new(shape.semi_axes().1);
     for crossing in crossings {
-        if let (Some(point), Some((x, y))) = (crossing.edge_point(), edge_point(crossing, origin)) {
-            let view = adjustment.view(x as f32 / 256.0, y as f32 / 256.0);
+        let place = edge_point(crossing, origin.pixel).and_then(|place| origin.undistorted(place));
+        if let (Some(point), Some((x, y))) = (crossing.edge_point(), place) {
+            let view = adjustment.view(x, y);
             light.add(view.u, view.v, point.excess);
         }
     }
     Some(light.even(noise))
-}
-
-/// Factor on the covariance because the residuals are not independent: how much the sums over sectors exceed what they would
-/// be if they were. Points that something displaces lie on one side of the ellipse together.
-fn excess(adjusted: &Adjusted, points: impl Iterator<Item = (i32, i32)>, gate: &Gate) -> f32 {
-    let Some(adjustment) = Adjustment::new(adjusted.shape) else { return 1.0 };
-    let sectors = Sectors::new(adjusted.shape.semi_axes().1);
-    let mut sums = SectorSums::new(adjusted.points);
-    for (x, y) in points {
-        let point = adjustment.view(x as f32 / 256.0, y as f32 / 256.0);
-        let distance = point.distance();
-        if distance.abs() <= gate.limit && gate.sectors & sectors.sector(point.u, point.v) != 0 {
-            sums.add(point.u, point.v, distance);
-        }
-    }
-    sums.excess()
-}
-
-/// The algebraic fit; where arcs are missing that would shrink the ellipse, and the search has given a better one.
-fn start(edge: &Edge, points: impl Iterator<Item = (i32, i32)>) -> Result<Shape, Reject> {
-    if edge.partial {
-        return Ok(edge.shape);
-    }
-    let mut sums = Sums::default();
-    points.for_each(|(x, y)| sums.add(x, y));
-    sums.fit().ok_or(Reject::NotElliptic)
-}
-
-/// Edge point of a crossing about the origin, 1/256 px.
-fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
-    let offset = i32::from(crossing.edge_point()?.offset);
-    let x = 256 * (i32::from(crossing.x()) - i32::from(origin.0));
-    let y = 256 * (i32::from(crossing.y()) - i32::from(origin.1));
-    Some(match crossing.axis() {
-        Axis::Row => (x + offset, y),
-        Axis::Column => (x, y + offset),
-    })
 }
 
 /// Which points are used.
@@ -162,13 +149,12 @@ impl Step {
 }
 
 /// One step from `shape` with the points that pass `gate`.
-fn adjust(shape: Shape, points: impl Iterator<Item = (i32, i32)>, gate: &Gate) -> Result<Step, Reject> {
+fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -> Result<Step, Reject> {
     let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
     let mut seen = Sectors::new(shape.semi_axes().1);
     let mut spread = Spread::default();
     let mut farthest = 0.0f32;
     for (x, y) in points {
-        let (x, y) = (x as f32 / 256.0, y as f32 / 256.0);
         let point = adjustment.view(x, y);
         let distance = point.square_distance();
         if distance <= gate.limit * gate.limit {
@@ -183,4 +169,20 @@ fn adjust(shape: Shape, points: impl Iterator<Item = (i32, i32)>, gate: &Gate) -
     }
     let adjusted = adjustment.finish().ok_or(Reject::NotElliptic)?;
     Ok(Step { adjusted, seen, farthest: math::sqrt(farthest), sigma: spread.sigma() })
+}
+
+/// Factor on the covariance because the residuals are not independent: how much the sums over sectors exceed what they would
+/// be if they were. Points that something displaces lie on one side of the ellipse together.
+fn excess(adjusted: &Adjusted, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -> f32 {
+    let Some(adjustment) = Adjustment::new(adjusted.shape) else { return 1.0 };
+    let sectors = Sectors::new(adjusted.shape.semi_axes().1);
+    let mut sums = SectorSums::new(adjusted.points);
+    for (x, y) in points {
+        let point = adjustment.view(x, y);
+        let distance = point.distance();
+        if distance.abs() <= gate.limit && gate.sectors & sectors.sector(point.u, point.v) != 0 {
+            sums.add(point.u, point.v, distance);
+        }
+    }
+    sums.excess()
 }

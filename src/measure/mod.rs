@@ -2,11 +2,15 @@
 //!
 //! 1. [`ellipse`]: each edge's points to an ellipse.
 //! 2. [`choose`]: which of these make a target.
-//! 3. [`combine`]: their centres to the true centre, with its covariance.
+//! 3. [`combine`]: their centres to the true centre, with its covariance; [`known`]: the same with a known camera.
+//!
+//! From the edge points on everything is in undistorted px about the target's [`origin`].
 
 mod choose;
 mod combine;
 mod ellipse;
+mod known;
+mod origin;
 mod sectors;
 
 use crate::candidate;
@@ -15,12 +19,16 @@ use crate::fit::Adjusted;
 use crate::reject::Reject;
 use crate::scan::{Pool, Scanner};
 use crate::settings::{Compensation, Polarity, Settings, limits};
-use crate::target::{Circle, Flags, MAX_CIRCLES, Target};
+use crate::target::{Circle, Ellipse, Flags, MAX_CIRCLES, Target};
 use choose::choose;
+pub(crate) use choose::concentric;
 use combine::{Centre, combine, measured_perspective, significant};
-use ellipse::{Fitted, FittedList, fit};
+use ellipse::fit;
+pub(crate) use ellipse::{Fitted, FittedList};
 use heapless::Vec;
-use sectors::PARTS;
+use known::known;
+pub(crate) use origin::Origin;
+pub(crate) use sectors::PARTS;
 
 /// Most further passes over the levels of a target with something in front of it: each leaves more of that out.
 const LEVEL_PASSES: usize = 3;
@@ -54,9 +62,10 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     if disturbed(&levels, &blur) {
         levels = levels.disturbed();
     }
-    let fitted = fit_all(&edges, pool, &levels, blur.sigma)?;
+    let origin = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
+    let fitted = fit_all(&edges, pool, &levels, blur.sigma, &origin)?;
     let circles = choose(&fitted, settings, scanner.width())?;
-    assemble(&circles, settings, &levels, blur.sigma, origin)
+    assemble(&circles, settings, &Light::new(&levels, blur.sigma, &circles), &origin)
 }
 
 /// The outlines of the chain as edges about `origin`, outermost first.
@@ -89,14 +98,20 @@ fn check_contrast(levels: &Levels) -> Result<(), Reject> {
 }
 
 /// Fits every edge. Those that are no ellipse are left out; an error if less than two remain.
-fn fit_all(edges: &Edges<'_>, pool: &mut Pool<'_>, levels: &Levels, blur: f32) -> Result<FittedList, Reject> {
+fn fit_all(
+    edges: &Edges<'_>,
+    pool: &mut Pool<'_>,
+    levels: &Levels,
+    blur: f32,
+    origin: &Origin,
+) -> Result<FittedList, Reject> {
     let mut fitted = FittedList::new();
     let mut cause = Reject::Alone;
     // What disturbs one edge does not disturb all.
     let noise = (0..edges.edges.len())
         .fold(f32::INFINITY, |least, k| least.min(edge::place(edges, k, pool, levels, blur)));
     for edge in edges.edges {
-        match fit(edge, pool, edges.origin, noise) {
+        match fit(edge, pool, origin, noise) {
             Ok(fit) => {
                 let _ = fitted.push(fit);
             }
@@ -106,12 +121,39 @@ fn fit_all(edges: &Edges<'_>, pool: &mut Pool<'_>, levels: &Levels, blur: f32) -
     if fitted.len() < 2 { Err(cause) } else { Ok(fitted) }
 }
 
-fn assemble(
+/// What is known of a target beside its ellipses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Light {
+    pub contrast: f32,
+    pub noise: f32,
+    pub blur: f32,
+    pub clipped: bool,
+    /// Variance that the uncertainty of the levels gives to either coordinate of the outer ellipse's centre, px^2.
+    pub plane: f32,
+    /// Variance of an edge point that the noise explains, px^2.
+    pub edge_variance: f32,
+}
+
+impl Light {
+    fn new(levels: &Levels, blur: f32, circles: &FittedList) -> Self {
+        let outer = circles.first().map(|outer| outer.adjusted.shape).unwrap_or_default();
+        Self {
+            contrast: levels.contrast(),
+            noise: levels.noise,
+            blur,
+            clipped: levels.clipped,
+            plane: levels.plane_variance(&outer, blur),
+            edge_variance: levels.edge_variance(blur),
+        }
+    }
+}
+
+/// The target that `circles` make, which are those of one target and have their ratios.
+pub(crate) fn assemble(
     circles: &FittedList,
     settings: &Settings,
-    levels: &Levels,
-    blur: f32,
-    origin: (u16, u16),
+    light: &Light,
+    origin: &Origin,
 ) -> Result<Target, Reject> {
     let outer = circles.first().ok_or(Reject::Alone)?;
     let degenerate = Reject::NotConcentric;
@@ -123,24 +165,28 @@ fn assemble(
     let eq7 = combine(circles, 0.0).ok_or(degenerate)?;
     let t = measured_perspective(circles).ok_or(degenerate)?;
     let exact = combine(circles, t).ok_or(degenerate)?;
-    let plane = levels.plane_variance(&outer.adjusted.shape, blur);
+    let plane = light.plane;
     let (auto, share) = significant(circles, t, plane).ok_or(degenerate)?;
+    let known = origin.lens().and_then(|lens| known(circles, lens, plane));
     let chosen = match settings.compensation {
         Compensation::None => plain,
         Compensation::Eq7 => eq7,
         Compensation::Exact => exact,
         Compensation::Auto => auto,
+        Compensation::Known => known.map_or(exact, |known| known.centre),
     };
+    let covariance = chosen.total_covariance(plane);
     let mut target = Target {
-        centre: chosen.position(origin),
-        covariance: chosen.total_covariance(plane),
-        eq7: eq7.position(origin),
-        exact: exact.position(origin),
+        centre: origin.position(chosen.x, chosen.y),
+        covariance: origin.covariance((chosen.x, chosen.y), &covariance),
+        eq7: origin.position(eq7.x, eq7.y),
+        exact: origin.position(exact.x, exact.y),
+        normal: known.map(|known| known.normal),
         circles: Vec::new(),
-        contrast: levels.contrast(),
-        noise: levels.noise,
-        blur,
-        flags: flags(circles, settings, levels, blur),
+        contrast: light.contrast,
+        noise: light.noise,
+        blur: light.blur,
+        flags: flags(circles, settings, light),
     };
     target.flags.set(Flags::INSIGNIFICANT, share <= 0.0);
     for circle in circles {
@@ -149,11 +195,11 @@ fn assemble(
     Ok(target)
 }
 
-fn report(circle: &Fitted, origin: (u16, u16)) -> Circle {
-    let Adjusted { shape, covariance, rms, points } = circle.adjusted;
+fn report(circle: &Fitted, origin: &Origin) -> Circle {
+    let Adjusted { shape, covariance, rms, points, .. } = circle.adjusted;
     Circle {
-        ellipse: shape.to_ellipse(i32::from(origin.0), i32::from(origin.1)),
-        covariance,
+        ellipse: Ellipse { centre: origin.position(shape.cx, shape.cy), ..shape.to_ellipse() },
+        covariance: origin.covariance((shape.cx, shape.cy), &covariance),
         rms,
         points,
         gap: circle.gap as f32 * (360.0 / PARTS as f32),
@@ -162,13 +208,13 @@ fn report(circle: &Fitted, origin: (u16, u16)) -> Circle {
     }
 }
 
-fn flags(circles: &FittedList, settings: &Settings, levels: &Levels, blur: f32) -> Flags {
+fn flags(circles: &FittedList, settings: &Settings, light: &Light) -> Flags {
     let mut flags = Flags::default();
-    flags.set(Flags::CLIPPED, levels.clipped);
-    flags.set(Flags::LOW_CONTRAST, levels.contrast() < limits::FLAG_CONTRAST);
+    flags.set(Flags::CLIPPED, light.clipped);
+    flags.set(Flags::LOW_CONTRAST, light.contrast < limits::FLAG_CONTRAST);
     flags.set(Flags::LIGHT, settings.spec.polarity() == Polarity::Light);
     flags.set(Flags::MEASURED_RATIO, settings.spec.ratios().is_empty());
-    let explained = limits::FLAG_RESIDUAL_NOISE * levels.edge_variance(blur);
+    let explained = limits::FLAG_RESIDUAL_NOISE * light.edge_variance;
     let mut outside = f32::INFINITY;
     for circle in circles {
         let (_, b) = circle.adjusted.shape.semi_axes();

@@ -4,7 +4,7 @@ use crate::math;
 use crate::settings::limits;
 
 /// Gaps are counted in parts of a turn.
-pub(super) const PARTS: u32 = 32;
+pub(crate) const PARTS: u32 = 32;
 /// Shortest sector, px: each has two crossings or more of a whole outline.
 const SHORTEST: f32 = 2.9;
 

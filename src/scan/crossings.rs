@@ -11,41 +11,28 @@ pub(crate) enum Axis {
     Column,
 }
 
-/// The mean level of a stretch of pixels that leads away from an edge.
+/// The sum of the levels of a stretch of 1, 2, 4, 8 or 16 pixels that leads away from an edge. Not rounded, because the mean
+/// of many pixels has less noise than a whole level needs to stay unbiased.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Stretch {
-    /// Rounded; halves to the even neighbour, so that rounding moves no level on average.
-    pub level: u8,
-    /// Which of [`Self::LENGTHS`].
-    length: u8,
-}
+pub(crate) struct Stretch(u16);
 
 impl Stretch {
-    /// Numbers of pixels that a stretch can have, as binary logarithms.
-    const LENGTHS: [u8; 4] = [0, 1, 2, 4];
     /// Most pixels.
     pub const MAX: usize = 16;
+    /// Bits of the sum; above it is the binary logarithm of the number of pixels.
+    const BITS: u32 = 12;
 
-    /// The mean of the first of `levels`, as many as a stretch can have.
-    pub fn mean(levels: impl ExactSizeIterator<Item = u8>) -> Self {
-        let length = match levels.len() {
-            Self::MAX.. => 3,
-            4.. => 2,
-            2.. => 1,
-            _ => 0,
-        };
-        let log = Self::LENGTHS[length];
+    /// The first of `levels`, as many as make a power of two.
+    pub fn new(levels: impl ExactSizeIterator<Item = u8>) -> Self {
+        let log = levels.len().clamp(1, Self::MAX).ilog2();
         let sum = levels.take(1 << log).fold(0, |sum, level| sum + u16::from(level));
-        let level = match (1u16 << log) >> 1 {
-            0 => sum,
-            half => (sum + half - 1 + ((sum >> log) & 1)) >> log,
-        };
-        Self { level: level as u8, length: length as u8 }
+        Self(sum | (log as u16) << Self::BITS)
     }
 
-    /// Number of pixels.
-    pub fn len(self) -> u8 {
-        1 << Self::LENGTHS[usize::from(self.length) % Self::LENGTHS.len()]
+    /// Number of pixels, and their mean level.
+    pub fn mean(self) -> (f32, f32) {
+        let pixels = f32::from(1u16 << (self.0 >> Self::BITS));
+        (pixels, f32::from(self.0 & ((1 << Self::BITS) - 1)) / pixels)
     }
 }
 
@@ -56,31 +43,23 @@ impl Stretch {
 /// lead away from it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
-    /// Column, with the lengths of the stretches in the top bits.
-    x_lengths: u16,
+    pub x: u16,
     /// Row, with the axis in the top bit.
     y_axis: u16,
     pub near: [u8; 4],
-    /// Levels of the two far stretches until the edge point is placed; then its offset on the axis from `(x, y)`, 1/256 px.
-    far: [u8; 2],
+    /// The far stretches until the edge point is placed; then the first is its offset on the axis from `(x, y)`, 1/256 px.
+    far: [Stretch; 2],
     next: u16,
 }
 
 const COLUMN: u16 = 1 << 15;
-/// Columns have 12 bits: a frame is at most 4096 px wide.
-const X_BITS: u32 = 12;
 
 impl Crossing {
-    pub const ZERO: Self = Self { x_lengths: 0, y_axis: 0, near: [0; 4], far: [0; 2], next: 0 };
+    pub const ZERO: Self = Self { x: 0, y_axis: 0, near: [0; 4], far: [Stretch(0); 2], next: 0 };
 
-    pub fn new(axis: Axis, (x, y): (u16, u16), near: [u8; 4], [before, after]: [Stretch; 2]) -> Self {
-        let x_lengths = x | u16::from(before.length | after.length << 2) << X_BITS;
+    pub fn new(axis: Axis, (x, y): (u16, u16), near: [u8; 4], far: [Stretch; 2]) -> Self {
         let y_axis = y | if axis == Axis::Column { COLUMN } else { 0 };
-        Self { x_lengths, y_axis, near, far: [before.level, after.level], next: NONE }
-    }
-
-    pub fn x(&self) -> u16 {
-        self.x_lengths & ((1 << X_BITS) - 1)
+        Self { x, y_axis, near, far, next: NONE }
     }
 
     pub fn y(&self) -> u16 {
@@ -93,15 +72,13 @@ impl Crossing {
 
     /// The far stretches, before the edge point is placed.
     pub fn far(&self) -> [Stretch; 2] {
-        let lengths = (self.x_lengths >> X_BITS) as u8;
-        let [before, after] = self.far;
-        [Stretch { level: before, length: lengths & 3 }, Stretch { level: after, length: lengths >> 2 }]
+        self.far
     }
 
     /// The edge point after it is placed; `None` where it was refused.
     pub fn edge_point(&self) -> Option<EdgePoint> {
-        let [excess, misfit, ..] = self.near;
-        let offset = i16::from_le_bytes(self.far);
+        let ([excess, misfit, ..], [Stretch(offset), _]) = (self.near, self.far);
+        let offset = offset as i16;
         (offset != i16::MIN).then_some(EdgePoint { offset, excess: excess as i8, misfit })
     }
 
@@ -109,7 +86,7 @@ impl Crossing {
     pub fn place(&mut self, placed: Option<EdgePoint>) {
         let EdgePoint { offset, excess, misfit } =
             placed.unwrap_or(EdgePoint { offset: i16::MIN, excess: 0, misfit: 0 });
-        self.far = offset.to_le_bytes();
+        self.far = [Stretch(offset as u16), Stretch(0)];
         let [_, _, c, d] = self.near;
         self.near = [excess as u8, misfit, c, d];
     }
@@ -263,37 +240,23 @@ mod tests {
 
     #[test]
     fn a_stretch_has_the_mean_of_the_pixels_that_fit() {
-        for (given, used) in [(1, 1), (2, 2), (3, 2), (4, 4), (7, 4), (15, 4), (16, 16), (40, 16)] {
-            let stretch = Stretch::mean((0..given).map(|i: u8| 100 + i));
-            assert_eq!(stretch.len(), used);
-            assert!((f32::from(stretch.level) - 100.0 - 0.5 * f32::from(used - 1)).abs() <= 0.5);
+        for (given, used) in [(1u8, 1u8), (2, 2), (3, 2), (4, 4), (7, 4), (15, 8), (16, 16), (40, 16)] {
+            let stretch = Stretch::new((0..given).map(|i| 100 + i));
+            assert_eq!(stretch.mean(), (f32::from(used), 100.0 + 0.5 * f32::from(used - 1)));
         }
-        assert_eq!(Stretch::mean([9].into_iter().take(0)).len(), 1);
-    }
-
-    /// Rounding halves up would brighten every mean of two by a quarter of a level.
-    #[test]
-    fn rounding_moves_no_level_on_average() {
-        for n in [2u8, 4, 16] {
-            let (mut rounded, mut exact) = (0.0, 0.0);
-            for first in 0..64u8 {
-                let levels = (0..n).map(|i| if i == 0 { first } else { 7 });
-                rounded += f32::from(Stretch::mean(levels).level);
-                exact += f32::from(first) / f32::from(n) + 7.0 * f32::from(n - 1) / f32::from(n);
-            }
-            assert!((rounded - exact).abs() < 0.51, "{n}: {rounded} for {exact}");
-        }
+        assert_eq!(Stretch::new([255; 16].into_iter()).mean(), (16.0, 255.0));
+        assert_eq!(Stretch::new([9].into_iter().take(0)).mean(), (1.0, 0.0));
     }
 
     #[test]
     fn a_crossing_keeps_place_and_stretches_apart() {
-        let (long, short) = (Stretch { level: 200, length: 3 }, Stretch { level: 40, length: 1 });
-        let mut crossing = Crossing::new(Axis::Column, (4095, 16383), [1, 2, 3, 4], [long, short]);
-        assert_eq!((crossing.x(), crossing.y(), crossing.axis()), (4095, 16383, Axis::Column));
-        assert_eq!(crossing.far(), [long, short]);
+        let far = [Stretch::new([200; 16].into_iter()), Stretch::new([40, 41].into_iter())];
+        let mut crossing = Crossing::new(Axis::Column, (4095, 16383), [1, 2, 3, 4], far);
+        assert_eq!((crossing.x, crossing.y(), crossing.axis()), (4095, 16383, Axis::Column));
+        assert_eq!(crossing.far(), far);
         let point = EdgePoint { offset: -300, excess: -7, misfit: 200 };
         crossing.place(Some(point));
-        assert_eq!((crossing.edge_point(), crossing.x()), (Some(point), 4095));
+        assert_eq!(crossing.edge_point(), Some(point));
         crossing.place(None);
         assert_eq!(crossing.edge_point(), None);
     }

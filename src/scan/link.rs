@@ -226,8 +226,8 @@ impl<'a, 's> Linker<'a, 's> {
             let left = row.get(..usize::from(x - REACH + 1)).unwrap_or(&[]).iter().rev();
             let right = row.get(usize::from(x + REACH - 1)..).unwrap_or(&[]).iter();
             let far = [
-                Stretch::mean(left.take(length(x.saturating_sub(before))).copied()),
-                Stretch::mean(right.take(length(after.saturating_sub(x))).copied()),
+                Stretch::new(left.take(length(x.saturating_sub(before))).copied()),
+                Stretch::new(right.take(length(after.saturating_sub(x))).copied()),
             ];
             self.keep(label, Crossing::new(Axis::Row, (x, self.y), *near, far));
         }
@@ -309,7 +309,7 @@ impl<'a> FarRows<'a> {
         let [first, ..] = levels.map(i32::from);
         let flat = levels.iter().take(self.len).take_while(|&&level| (i32::from(level) - first).abs() < step);
         let len = flat.count();
-        Stretch::mean(levels.into_iter().take(len))
+        Stretch::new(levels.into_iter().take(len))
     }
 }
 

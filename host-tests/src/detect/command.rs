@@ -8,10 +8,10 @@ use std::{
 
 use anyhow::{Result, anyhow, bail, ensure};
 use clap::{Args as ClapArgs, ValueEnum};
-use concentric::{Compensation, Settings, TargetSpec};
+use concentric::{Compensation, Image, Settings, Target, TargetSpec, coplanar::pool, refine::polish};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Outcome, csv, json, listing, run};
+use super::{Outcome, camera, csv, json, listing, run};
 use crate::{overlay::Overlay, picture::Picture};
 
 /// Find targets in images and print their true centres.
@@ -42,9 +42,29 @@ pub struct Args {
     #[arg(long)]
     light: bool,
 
-    /// How the true centre is made from the ellipses
-    #[arg(long, value_enum, default_value_t = Mode::Exact)]
-    compensation: Mode,
+    /// How the true centre is made from the ellipses [default: exact, or known with --camera]
+    #[arg(long, value_enum)]
+    compensation: Option<Mode>,
+
+    /// The camera: its focal length in px, or a JSON file with its parameters under OpenCV's names
+    ///
+    /// With `f=PX` the principal point is the middle of the picture. A file has fx, fy, cx, cy (px) and, where the lens
+    /// distorts, k1, k2, p1, p2, k3. Edges are then freed from distortion, targets have a normal, and true centres less
+    /// than half the noise
+    #[arg(long, value_name = "f=PX|FILE.json", value_parser = camera::parse)]
+    camera: Option<camera::Given>,
+
+    /// All targets of an image lie on one plane: share the correction
+    ///
+    /// Needs no camera, but a lens that distorts does. Targets that do not fit on the plane keep their own centres
+    #[arg(long)]
+    coplanar: bool,
+
+    /// Measure the targets again on the pixels: slower, at the limit of what the noise allows
+    ///
+    /// Targets that were measured so have the flag `refined`
+    #[arg(long)]
+    refine: bool,
 
     /// Print one JSON object per image and line
     #[arg(long, conflicts_with = "csv")]
@@ -68,6 +88,8 @@ enum Mode {
     Exact,
     /// `exact` as far as the correction is significant against its noise
     Auto,
+    /// With a known camera: the shapes of the ellipses tell the plane
+    Known,
     /// Eq. (7) of Huo et al. 2013
     Eq7,
     /// The centre of the outer ellipse
@@ -79,6 +101,7 @@ impl From<Mode> for Compensation {
         match mode {
             Mode::Exact => Self::Exact,
             Mode::Auto => Self::Auto,
+            Mode::Known => Self::Known,
             Mode::Eq7 => Self::Eq7,
             Mode::None => Self::None,
         }
@@ -118,7 +141,12 @@ pub fn parse_png_path(text: &str) -> Result<PathBuf> {
 /// Output that cannot be written.
 pub fn execute(args: &Args, out: &mut dyn Write) -> Result<bool> {
     let spec = if args.light { args.ratio.light() } else { args.ratio };
-    let settings = Settings::new(spec).compensation(args.compensation.into());
+    let usual = if args.camera.is_some() { Mode::Known } else { Mode::Exact };
+    let settings = Settings::new(spec).compensation(args.compensation.unwrap_or(usual).into());
+    ensure!(
+        args.camera.is_some() || settings.compensation != Compensation::Known,
+        "--compensation known needs --camera"
+    );
     let overlays = overlay_paths(args)?;
     if args.csv {
         out.write_all(csv::HEADER.as_bytes())?;
@@ -127,7 +155,7 @@ pub fn execute(args: &Args, out: &mut dyn Write) -> Result<bool> {
     let mut all_well = true;
     for (image, overlay) in args.images.iter().zip(overlays) {
         bar.set_message(image.display().to_string());
-        match one(image, settings, overlay.as_deref()) {
+        match one(image, settings, args, overlay.as_deref()) {
             Ok((picture, outcome)) => {
                 let text = if args.json {
                     json::line(&picture, &outcome)?
@@ -150,13 +178,43 @@ pub fn execute(args: &Args, out: &mut dyn Write) -> Result<bool> {
     Ok(all_well)
 }
 
-fn one(image: &Path, settings: Settings, overlay: Option<&Path>) -> Result<(Picture, Outcome)> {
+fn one(
+    image: &Path,
+    mut settings: Settings,
+    args: &Args,
+    overlay: Option<&Path>,
+) -> Result<(Picture, Outcome)> {
     let picture = Picture::read(image)?;
-    let outcome = run(&picture, settings)?;
+    settings.camera = args.camera.map(|given| given.of(&picture)).transpose()?;
+    let mut outcome = run(&picture, settings)?;
+    if args.refine {
+        let left = refine(&picture, &settings, &mut outcome.targets)?;
+        if left > 0 {
+            let count = outcome.targets.len();
+            let name = image.display();
+            crate::cli::complain(&format!(
+                "{name}: --refine: {left} of {count} targets are left as they were found"
+            ));
+        }
+    }
+    if args.coplanar {
+        match pool(&mut outcome.targets, settings.camera.as_ref()) {
+            Ok(plane) => outcome.plane = Some(plane),
+            // The centres are still right, each by itself.
+            Err(error) => crate::cli::complain(&format!("{}: --coplanar: {error}", image.display())),
+        }
+    }
     if let Some(path) = overlay {
         Overlay { picture: &picture, outcome: &outcome, truth: &[] }.draw()?.save(path)?;
     }
     Ok((picture, outcome))
+}
+
+/// Returns how many targets could not be refined.
+fn refine(picture: &Picture, settings: &Settings, targets: &mut [Target]) -> Result<usize> {
+    let size = (u16::try_from(picture.width)?, u16::try_from(picture.height)?);
+    let image = Image::new(&picture.pixels, size.0, size.1)?;
+    Ok(targets.iter_mut().filter_map(|target| (!polish(&image, settings, target)).then_some(())).count())
 }
 
 fn progress(images: usize) -> ProgressBar {
@@ -236,7 +294,10 @@ mod tests {
             images: images.iter().map(PathBuf::from).collect(),
             ratio: TargetSpec::any(),
             light: false,
-            compensation: Mode::Exact,
+            compensation: None,
+            camera: None,
+            coplanar: false,
+            refine: false,
             json: false,
             csv: false,
             overlay: Some("out/o.png".into()),

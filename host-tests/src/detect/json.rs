@@ -26,6 +26,10 @@ struct TargetEntry {
     y: f64,
     cov: [f32; 3],
     eq7: Place,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    normal: Option<[f32; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coplanar: Option<bool>,
     circles: Vec<CircleEntry>,
     eccentricity: f32,
     model_difference: f32,
@@ -59,7 +63,8 @@ struct DroppedEntry {
 }
 
 /// The line for `picture`, its end included. Lengths in px, `cov` in px^2, `theta` in radians, `gap` in degrees,
-/// contrast and noise in grey levels, `ms` in milliseconds.
+/// contrast and noise in grey levels, `ms` in milliseconds. `normal` (unit, towards the camera, in camera axes) is there
+/// with a camera, `coplanar` (on the plane of the others) where a plane was asked for.
 ///
 /// # Errors
 /// None that a caller can cause.
@@ -70,7 +75,7 @@ pub fn line(picture: &Picture, outcome: &Outcome) -> Result<String> {
         width: picture.width,
         height: picture.height,
         ms: (outcome.elapsed.as_secs_f64() * 1e6).round() / 1e3,
-        targets: outcome.targets.iter().map(TargetEntry::from).collect(),
+        targets: outcome.targets.iter().map(|target| entry(target, outcome)).collect(),
         rejected: &outcome.summary.rejected,
         dropped: DroppedEntry { runs, outlines, crossings },
     };
@@ -81,25 +86,25 @@ fn counts<S: Serializer>(rejects: &&Rejects, serializer: S) -> Result<S::Ok, S::
     serializer.collect_map(rejects.iter().map(|(cause, count)| (cause.name(), count)))
 }
 
-impl From<&Target> for TargetEntry {
-    fn from(target: &Target) -> Self {
-        let Place { x, y } = target.centre.into();
-        let cov = target.covariance;
-        Self {
-            x,
-            y,
-            cov: [cov.xx, cov.xy, cov.yy],
-            eq7: target.eq7.into(),
-            circles: target.circles.iter().map(CircleEntry::from).collect(),
-            eccentricity: target.eccentricity(),
-            model_difference: target.model_difference(),
-            contrast: target.contrast,
-            noise: target.noise,
-            blur: target.blur,
-            residual: target.residual(),
-            gap: target.gap(),
-            flags: target.flags.names().collect(),
-        }
+fn entry(target: &Target, outcome: &Outcome) -> TargetEntry {
+    let Place { x, y } = target.centre.into();
+    let cov = target.covariance;
+    TargetEntry {
+        x,
+        y,
+        cov: [cov.xx, cov.xy, cov.yy],
+        eq7: target.eq7.into(),
+        normal: target.normal,
+        coplanar: outcome.plane.map(|plane| plane.holds(target)),
+        circles: target.circles.iter().map(CircleEntry::from).collect(),
+        eccentricity: target.eccentricity(),
+        model_difference: target.model_difference(),
+        contrast: target.contrast,
+        noise: target.noise,
+        blur: target.blur,
+        residual: target.residual(),
+        gap: target.gap(),
+        flags: target.flags.names().collect(),
     }
 }
 

@@ -41,6 +41,12 @@ pub fn text(picture: &Picture, outcome: &Outcome) -> String {
         }
         text += &table.to_string();
     }
+    if let Some(plane) = &outcome.plane {
+        text += &format!(
+            "one plane: {} targets share the correction, {} do not fit\n",
+            plane.used, plane.left_out
+        );
+    }
     let account = format!(
         "rejected: {}; dropped: {}; {:.2} ms",
         list(outcome.summary.rejected.iter().map(|(cause, count)| (cause.name(), count))),

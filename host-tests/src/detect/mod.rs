@@ -1,5 +1,6 @@
 //! The command `detect`: photographs in, true centres out.
 
+pub mod camera;
 pub mod command;
 mod csv;
 mod json;
@@ -11,7 +12,7 @@ use std::{
 };
 
 use anyhow::Result;
-use concentric::{Detector, MAX_WIDTH, Rejected, Settings, Storage, Summary, Target};
+use concentric::{Detector, MAX_WIDTH, Rejected, Settings, Storage, Summary, Target, coplanar::Plane};
 
 use crate::picture::Picture;
 
@@ -25,6 +26,8 @@ pub struct Outcome {
     pub targets: Vec<Target>,
     /// The candidates that are none.
     pub rejected: Vec<Rejected>,
+    /// The plane on which they lie, where that was asked for.
+    pub plane: Option<Plane>,
     /// Counts.
     pub summary: Summary,
     /// Time for the detection alone, without reading and decoding the picture.
@@ -49,5 +52,5 @@ pub fn run(picture: &Picture, settings: Settings) -> Result<Outcome> {
     targets.extend(rest.by_ref());
     let summary = rest.summary();
     let elapsed = start.elapsed();
-    Ok(Outcome { targets, rejected, summary, elapsed })
+    Ok(Outcome { targets, rejected, plane: None, summary, elapsed })
 }

@@ -35,7 +35,9 @@ pub fn card(picture: &Picture, target: &Target, number: usize, truth: Option<[f6
     let [sigma, ..] = axes(&target.covariance);
     card.text([gap, 4.0], &format!("{number}: C = ({x:.4}, {y:.4}) px"), INK, true);
     let shift = target.circles.first().map_or(0.0, |outer| distance(px(outer.ellipse.centre), [x, y]));
-    card.text([gap, 4.0 + LINE], &format!("sigma {sigma:.4} px, B1 off by {shift:.4} px"), FAINT, false);
+    let residual = target.residual();
+    let words = format!("sigma {sigma:.4} px, B1 off by {shift:.4} px, rms of the edges {residual:.3} px");
+    card.text([gap, 4.0 + LINE], &words, FAINT, false);
     let top = 2.0 * LINE + gap;
     card.paste(&whole(picture, target)?, [gap, top]);
     card.paste(&middle(picture, target, truth)?, [2.0 * gap + SIDE as f32, top]);

@@ -190,7 +190,13 @@ mod tests {
     fn outcome(targets: Vec<Target>) -> Outcome {
         let rejected = [(60, 20, Reject::NotElliptic), (5, 4, Reject::TooSmall)]
             .map(|(width, height, cause)| Rejected { cause, centre: at(250.0, 30.0), width, height });
-        Outcome { targets, rejected: rejected.to_vec(), summary: Summary::default(), elapsed: Duration::ZERO }
+        Outcome {
+            targets,
+            rejected: rejected.to_vec(),
+            plane: None,
+            summary: Summary::default(),
+            elapsed: Duration::ZERO,
+        }
     }
 
     /// Draws `outcome` on an even grey picture of 320 x 240 px, which is enlarged 4 times.

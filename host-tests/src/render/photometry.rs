@@ -23,6 +23,15 @@ pub struct Shading {
     pub y: f64,
 }
 
+impl Shading {
+    /// Light at the pixel `(x, y)`, 1 at the origin of the field.
+    pub fn at(&self, x: f64, y: f64) -> f64 {
+        let (sin, cos) = self.direction.to_radians().sin_cos();
+        let slope = self.fraction / self.span;
+        (1.0 + slope * ((x - self.x) * cos + (y - self.y) * sin)).max(0.0)
+    }
+}
+
 /// Lens blur, light and sensor. Applied in the order of the fields; the last step rounds to 8 bits and clips
 /// to
 /// 0..=255, as the sensor's converter does.
@@ -72,23 +81,19 @@ impl Photometry {
 
     /// Reflectance to grey level, before noise and rounding; in place, rows of `width`.
     pub fn expose(&self, reflectance: &mut [f64], width: usize) {
-        let light = self.shading.map(|shading| {
-            let (sin, cos) = shading.direction.to_radians().sin_cos();
-            let slope = shading.fraction / shading.span;
-            move |x: f64, y: f64| (1.0 + slope * ((x - shading.x) * cos + (y - shading.y) * sin)).max(0.0)
-        });
         for (y, row) in reflectance.chunks_exact_mut(width).enumerate() {
             for (x, value) in row.iter_mut().enumerate() {
-                let mut level = (self.black + (self.white - self.black) * *value).max(0.0);
-                if let Some(light) = &light {
-                    level *= light(x as f64, y as f64);
-                }
-                if self.gamma != 1.0 {
-                    level = 255.0 * (level / 255.0).powf(self.gamma);
-                }
-                *value = level * self.gain;
+                let light = self.shading.map_or(1.0, |shading| shading.at(x as f64, y as f64));
+                *value = self.level(*value, light);
             }
         }
+    }
+
+    /// Grey level of `reflectance` (0 black, 1 white) in `light` (1 where it is even), before noise and rounding.
+    pub fn level(&self, reflectance: f64, light: f64) -> f64 {
+        let level = (self.black + (self.white - self.black) * reflectance).max(0.0) * light;
+        let response = if self.gamma == 1.0 { level } else { 255.0 * (level / 255.0).powf(self.gamma) };
+        response * self.gain
     }
 
     /// Adds noise, rounds and clips. The same seed gives the same bytes (PCG-64, ziggurat normals).

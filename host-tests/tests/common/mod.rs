@@ -11,8 +11,13 @@ pub type Desktop = Storage<4096, 4096, 60000>;
 
 /// Runs the library on a frame.
 pub fn detect(frame: &Frame, spec: TargetSpec) -> (Vec<Target>, Summary) {
+    detect_with(frame, Settings::new(spec))
+}
+
+/// The same with any settings.
+pub fn detect_with(frame: &Frame, settings: Settings) -> (Vec<Target>, Summary) {
     let mut storage = Box::<Desktop>::default();
-    let mut detector = Detector::new(Settings::new(spec), &mut storage);
+    let mut detector = Detector::new(settings, &mut storage);
     let image = Image::new(&frame.pixels, frame.width as u16, frame.height as u16).expect("size of a frame");
     let mut detection = detector.detect(&image).expect("size of a frame");
     let targets = detection.by_ref().collect();

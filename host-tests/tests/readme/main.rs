@@ -3,6 +3,7 @@
 //!
 //! `CONCENTRIC_BLESS=1 cargo test --release -p concentric-host --test readme` writes them anew.
 
+mod accuracy;
 #[path = "../common/mod.rs"]
 mod common;
 mod document;
@@ -38,6 +39,7 @@ fn tables_and_outputs_are_as_computed() {
     readme.put("output:demo", &program::demo());
     readme.put("output:detect", &program::detect(readme.text()));
     readme.put("table:accuracy", &figures::accuracy());
+    readme.put("table:goals", &accuracy::goals());
     readme.put("table:found", &figures::found());
     readme.put("table:memory", &sizes::memory());
     readme.put("table:report", &sizes::report());

@@ -37,6 +37,7 @@ fn any_target() -> impl Strategy<Value = Target> {
     let rest = (0.0f32..5000.0, 0.0f32..300.0, 0.0f32..300.0, any::<u16>());
     (places, covariance, vec(any_circle(), 0..=8), rest).prop_map(
         |((centre, eq7, exact), covariance, circles, (contrast, noise, blur, flags))| Target {
+            normal: None,
             centre,
             covariance,
             eq7,

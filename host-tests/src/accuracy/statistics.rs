@@ -1,0 +1,205 @@
+//! Errors of many frames to figures.
+
+use glam::DVec2;
+
+use super::{
+    bound::per_coordinate,
+    run::{Estimate, Group},
+};
+
+/// Squared error, in units of the covariance, that 95 of 100 stay below: chi square with two degrees of freedom.
+pub const IN_95: f64 = 5.991_464_547_107_98;
+/// Half width of a 95 % confidence interval in standard deviations.
+const CONFIDENCE: f64 = 1.96;
+
+/// The figures of one method in one condition. Lengths in px, root mean squares of one coordinate.
+#[derive(Clone, Copy, Debug)]
+pub struct Figures {
+    /// Frames shown.
+    pub frames: usize,
+    /// Frames in which the target was found.
+    pub found: usize,
+    /// The Cramer-Rao bound.
+    pub bound: f64,
+    /// Root mean square error.
+    pub rms: f64,
+    /// Half width of the 95 % confidence interval of `rms`.
+    pub spread: f64,
+    /// Length of the mean error in the image.
+    pub bias: f64,
+    /// Length of the mean error in the directions of the light, or else of the tilt.
+    pub drift: f64,
+    /// The part of the error that is the same whatever the noise: it depends on place, direction and light. `None`
+    /// where each scene is seen once.
+    pub systematic: Option<f64>,
+    /// Reported standard deviation.
+    pub reported: f64,
+    /// Root mean square error in units of the reported standard deviation.
+    pub over_sigma: f64,
+    /// Share of the errors inside the reported 95 % ellipse.
+    pub within: f64,
+}
+
+/// A scene in which the target was found.
+struct Scene<'a> {
+    group: &'a Group,
+    found: Vec<Estimate>,
+    mean: DVec2,
+}
+
+/// A value of a frame.
+type Value<'v> = &'v dyn Fn(&Scene, &Estimate) -> f64;
+
+impl Figures {
+    /// Of the method with this index over all of `groups`. `None` when the target was found in no frame.
+    pub fn new(groups: &[&Group], method: usize) -> Option<Self> {
+        let scene = |group: &&'_ Group| {
+            let found: Vec<_> = group.samples.iter().filter_map(|sample| sample.estimates[method]).collect();
+            let mean = found.iter().map(|e| e.error).sum::<DVec2>() / found.len() as f64;
+            (!found.is_empty()).then_some(found).map(|found| (found, mean))
+        };
+        let scenes: Vec<_> = groups
+            .iter()
+            .filter_map(|group| scene(group).map(|(found, mean)| Scene { group, found, mean }))
+            .collect();
+        let count = scenes.iter().map(|scene| scene.found.len()).sum::<usize>();
+        if count == 0 {
+            return None;
+        }
+        let average = |value: Value| {
+            let sums = scenes.iter().map(|scene| scene.found.iter().map(|e| value(scene, e)).sum::<f64>());
+            sums.sum::<f64>() / count as f64
+        };
+        let length = |axes: [Value; 2]| axes.map(average).map(|a| a * a).iter().sum::<f64>().sqrt();
+        let rms = average(&|_, e| e.error.length_squared() / 2.0).sqrt();
+        Some(Self {
+            frames: groups.iter().map(|group| group.samples.len()).sum(),
+            found: count,
+            bound: average(&|scene, _| per_coordinate(scene.group.bounds[method]).powi(2)).sqrt(),
+            rms,
+            spread: CONFIDENCE * uncertainty(&scenes) / (2.0 * rms),
+            bias: length([&|_, e| e.error.x, &|_, e| e.error.y]),
+            drift: length([&|s, e| s.group.axis.dot(e.error), &|s, e| s.group.axis.perp_dot(e.error)]),
+            systematic: systematic(&scenes),
+            reported: average(&|_, e| e.reported).sqrt(),
+            over_sigma: (average(&|_, e| e.normalised) / 2.0).sqrt(),
+            within: average(&|_, e| f64::from(e.normalised <= IN_95)),
+        })
+    }
+
+    /// Root mean square error over the bound.
+    pub fn ratio(&self) -> f64 {
+        self.rms / self.bound
+    }
+
+    /// Half width of the 95 % confidence interval of [`Figures::ratio`].
+    pub fn ratio_spread(&self) -> f64 {
+        self.spread / self.bound
+    }
+}
+
+/// Standard deviation of the mean square error of a coordinate. Draws of a scene share what is systematic, so scenes
+/// are what is independent.
+fn uncertainty(scenes: &[Scene]) -> f64 {
+    let square = |scene: &Scene| {
+        scene.found.iter().map(|e| e.error.length_squared() / 2.0).sum::<f64>() / scene.found.len() as f64
+    };
+    let squares: Vec<_> = scenes.iter().map(square).collect();
+    let count = squares.len() as f64;
+    let mean = squares.iter().sum::<f64>() / count;
+    let variance = squares.iter().map(|square| (square - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    (variance / count).sqrt()
+}
+
+/// Root of the variance between the scenes beyond what the noise of the draws explains.
+fn systematic(scenes: &[Scene]) -> Option<f64> {
+    let many: Vec<_> = scenes.iter().filter(|scene| scene.found.len() > 1).collect();
+    let excess = |scene: &&Scene| {
+        let count = scene.found.len() as f64;
+        let within = scene.found.iter().map(|e| (e.error - scene.mean).length_squared()).sum::<f64>();
+        (scene.mean.length_squared() - within / ((count - 1.0) * count)) / 2.0
+    };
+    let mean = many.iter().map(excess).sum::<f64>() / many.len() as f64;
+    (!many.is_empty()).then(|| mean.max(0.0).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accuracy::{method::METHODS, run::Sample};
+    use concentric::Flags;
+    use glam::DMat2;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::{Pcg64, rand_core::SeedableRng};
+
+    /// Scenes of errors: noise of 1 px in each coordinate, plus `shift` px along the axis of each scene and a part of
+    /// `own` px that each scene has to itself.
+    fn groups(shift: f64, own: f64) -> Vec<Group> {
+        let mut random = Pcg64::seed_from_u64(5);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let mut groups = Vec::new();
+        for i in 0..400 {
+            let axis = DVec2::from_angle(f64::from(i) * 2.4);
+            let fixed = axis * shift + own * DVec2::new(normal(), normal());
+            let samples = (0..10).map(|_| {
+                let error = fixed + DVec2::new(normal(), normal());
+                let estimate = Estimate { error, normalised: error.length_squared(), reported: 1.0 };
+                Sample { estimates: [Some(estimate); METHODS.len()], flags: Flags::default(), wrong: 0 }
+            });
+            let bounds = [DMat2::IDENTITY * 0.25; METHODS.len()];
+            groups.push(Group {
+                bounds,
+                eccentricity: 0.0,
+                phase: DVec2::ZERO,
+                axis,
+                samples: samples.collect(),
+            });
+        }
+        groups
+    }
+
+    fn figures(shift: f64, own: f64) -> Figures {
+        let groups = groups(shift, own);
+        Figures::new(&groups.iter().collect::<Vec<_>>(), 0).expect("all are found")
+    }
+
+    #[test]
+    fn pure_noise_is_told_as_such() {
+        let figures = figures(0.0, 0.0);
+        assert_eq!((figures.frames, figures.found), (4000, 4000));
+        assert!((figures.rms - 1.0).abs() < figures.spread && figures.spread < 0.025, "{figures:?}");
+        assert!((figures.ratio() - 2.0 * figures.rms).abs() < 1e-12);
+        assert!(
+            (figures.over_sigma - 1.0).abs() < 0.03 && (figures.within - 0.95).abs() < 0.012,
+            "{figures:?}"
+        );
+        assert!(
+            figures.bias < 0.05 && figures.drift < 0.05 && figures.systematic < Some(0.15),
+            "{figures:?}"
+        );
+    }
+
+    #[test]
+    fn a_shift_along_the_axis_is_a_drift_and_no_bias() {
+        let figures = figures(0.5, 0.0);
+        assert!(figures.bias < 0.05 && (figures.drift - 0.5).abs() < 0.05, "{figures:?}");
+        assert!((figures.systematic.expect("ten draws") - 0.5 / 2f64.sqrt()).abs() < 0.05, "{figures:?}");
+    }
+
+    #[test]
+    fn what_a_scene_has_to_itself_is_systematic() {
+        let figures = figures(0.0, 0.7);
+        assert!(
+            (figures.systematic.expect("ten draws") - 0.7).abs() < 0.05 && figures.over_sigma > 1.15,
+            "{figures:?}"
+        );
+        assert!(figures.within < 0.9, "{figures:?}");
+    }
+
+    #[test]
+    fn nothing_found_gives_no_figures() {
+        let mut groups = groups(0.0, 0.0);
+        groups.iter_mut().flat_map(|g| &mut g.samples).for_each(|s| s.estimates = [None; METHODS.len()]);
+        assert!(Figures::new(&groups.iter().collect::<Vec<_>>(), 0).is_none());
+    }
+}

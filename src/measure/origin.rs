@@ -1,0 +1,76 @@
+//! The integer pixel about which a target is measured, and the lens before it.
+
+use crate::camera::{Camera, Local};
+use crate::math;
+use crate::target::{Covariance, Position};
+
+/// Edge points have 1/256 px.
+const GRID: f32 = 256.0;
+/// Farthest that the exact sums take a point, px.
+const FARTHEST: f32 = 4096.0;
+
+/// Edge points go in through it, results go out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Origin {
+    pub pixel: (u16, u16),
+    lens: Option<Local>,
+}
+
+impl Origin {
+    /// `None` where the camera's distortion folds the image.
+    pub fn new(pixel: (u16, u16), camera: Option<&Camera>) -> Option<Self> {
+        let place = Position::from_origin(i32::from(pixel.0), i32::from(pixel.1), 0.0, 0.0);
+        let lens = match camera {
+            Some(camera) => Some(Local::new(camera, place)?),
+            None => None,
+        };
+        Some(Self { pixel, lens })
+    }
+
+    pub fn lens(&self) -> Option<&Local> {
+        self.lens.as_ref()
+    }
+
+    /// Edge point without distortion, px. `None` where the lens folds the image.
+    pub fn undistorted(&self, (x, y): (i32, i32)) -> Option<(f32, f32)> {
+        self.place((x as f32 / GRID, y as f32 / GRID))
+    }
+
+    /// The same on the grid of edge points, for the exact sums; also `None` where the lens puts the point too far away.
+    pub fn on_grid(&self, point: (i32, i32)) -> Option<(i32, i32)> {
+        if self.lens.is_none() {
+            return Some(point);
+        }
+        let (x, y) = self.undistorted(point)?;
+        (x.abs() < FARTHEST && y.abs() < FARTHEST).then(|| (math::round(GRID * x), math::round(GRID * y)))
+    }
+
+    /// The place without distortion of what is seen `(x, y)` px from the origin.
+    pub fn place(&self, seen: (f32, f32)) -> Option<(f32, f32)> {
+        match &self.lens {
+            Some(lens) => lens.undistort(seen),
+            None => Some(seen),
+        }
+    }
+
+    /// The inverse of [`place`](Self::place).
+    pub fn seen(&self, place: (f32, f32)) -> (f32, f32) {
+        self.lens.as_ref().map_or(place, |lens| lens.distort(place))
+    }
+
+    /// Derivative (xx, xy, yx, yy) of the place by what is seen.
+    pub fn slope(&self, place: (f32, f32)) -> [f32; 4] {
+        self.lens.as_ref().map_or([1.0, 0.0, 0.0, 1.0], |lens| lens.undistorted_slope(place))
+    }
+
+    /// Where the image shows `(x, y)`.
+    pub fn position(&self, x: f32, y: f32) -> Position {
+        let (x, y) = self.seen((x, y));
+        Position::from_origin(i32::from(self.pixel.0), i32::from(self.pixel.1), x, y)
+    }
+
+    /// The covariance there.
+    pub fn covariance(&self, place: (f32, f32), covariance: &Covariance) -> Covariance {
+        self.lens.as_ref().map_or(*covariance, |lens| lens.distort_covariance(place, covariance))
+    }
+}

@@ -1,0 +1,157 @@
+//! What the library takes a target's pixels to be: nested ellipses of two levels under one plane of light, blurred.
+
+use crate::edge::normal;
+use crate::fit::{Frame, Shape};
+use crate::math;
+use crate::target::MAX_CIRCLES;
+use heapless::Vec;
+
+/// Standard deviations of the blur beyond which an edge is over.
+const BAND: f32 = 3.5;
+
+/// Closest to the centre that a pixel has a direction from it.
+const CENTRE: f32 = 1e-3;
+
+/// Derivative of the undistorted place by the place in the image: (xx, xy, yx, yy).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slope(pub [f32; 4]);
+
+impl Slope {
+    /// A gradient in the undistorted plane as it is in the image.
+    fn gradient(&self, (gx, gy): (f32, f32)) -> (f32, f32) {
+        let Self([xx, xy, yx, yy]) = *self;
+        (gx * xx + gy * yx, gx * xy + gy * yy)
+    }
+}
+
+/// One circle's image.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outline {
+    pub shape: Shape,
+    pub frame: Frame,
+    det: f32,
+    minor: f32,
+    /// Change of lightness from outside to inside, +1 or -1.
+    pub inside: f32,
+}
+
+impl Outline {
+    pub fn new(shape: Shape, inside: f32) -> Option<Self> {
+        let frame = Frame::new(&shape)?;
+        Some(Self { shape, frame, det: shape.det(), minor: shape.semi_axes().1, inside })
+    }
+}
+
+/// An edge as a pixel near to it sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Near {
+    /// Which of the model's outlines.
+    pub outline: usize,
+    /// The nearest place in the frame where the outline is the unit circle.
+    pub u: f32,
+    pub v: f32,
+    /// Change of lightness with the five terms of the conic, common factor of.
+    pub change: f32,
+}
+
+/// A pixel as the model has it.
+#[derive(Clone, Debug)]
+pub(super) struct Expected {
+    /// Lightness, 0 dark to 1 bright.
+    pub lightness: f32,
+    /// Change of that with the logarithm of the blur.
+    pub by_blur: f32,
+    /// Light relative to that at the origin.
+    pub light: f32,
+    /// The edges that have a part in it.
+    pub edges: Vec<Near, MAX_CIRCLES>,
+}
+
+/// The model. Coordinates in px about the target's integer origin.
+#[derive(Clone, Debug)]
+pub(super) struct Model {
+    /// Outermost first.
+    pub outlines: Vec<Outline, MAX_CIRCLES>,
+    pub dark: f32,
+    pub bright: f32,
+    /// Slope of the light, 1/px.
+    pub gx: f32,
+    pub gy: f32,
+    /// Standard deviation of the blur, px.
+    pub blur: f32,
+}
+
+impl Model {
+    pub fn contrast(&self) -> f32 {
+        self.bright - self.dark
+    }
+
+    pub fn level(&self, expected: &Expected) -> f32 {
+        (self.dark + self.contrast() * expected.lightness) * expected.light
+    }
+
+    /// The pixel at `(x, y)`, where the lens has the derivative `lens`; `None` if it is farther than `reach` px from every
+    /// edge.
+    pub fn at(&self, (x, y): (f32, f32), lens: &Slope, reach: f32) -> Option<Expected> {
+        let outside = self.outlines.first().map_or(0.0, |outer| if outer.inside < 0.0 { 1.0 } else { 0.0 });
+        let light = 1.0 + self.gx * x + self.gy * y;
+        let mut expected = Expected { lightness: outside, by_blur: 0.0, light, edges: Vec::new() };
+        let mut nearest = f32::INFINITY;
+        for (k, outline) in self.outlines.iter().enumerate() {
+            let (u, v) = outline.frame.vector(x - outline.shape.cx, y - outline.shape.cy);
+            let radius = math::sqrt(u * u + v * v);
+            // At least that far from the outline.
+            let far = (radius - 1.0) * outline.minor;
+            if far > reach {
+                break;
+            }
+            if -far > reach {
+                expected.lightness += outline.inside;
+                continue;
+            }
+            let distance = self.add_edge(&mut expected, k, (u, v, radius), lens);
+            nearest = nearest.min(distance.abs());
+        }
+        (nearest <= reach).then_some(expected)
+    }
+
+    /// Adds an outline's share. Returns the distance from it, px, positive outside.
+    fn add_edge(
+        &self,
+        expected: &mut Expected,
+        k: usize,
+        (u, v, radius): (f32, f32, f32),
+        lens: &Slope,
+    ) -> f32 {
+        let Some(outline) = self.outlines.get(k) else { return f32::INFINITY };
+        let band = BAND * self.blur;
+        let radius = radius.max(CENTRE);
+        let Frame { l0, l1, l2 } = outline.frame;
+        // The place on the outline in the same direction from the centre, and the conic's gradient there (half of it).
+        let (u, v) = (u / radius, v / radius);
+        let (gx, gy) = lens.gradient((l0 * u, l1 * u + l2 * v));
+        let slope = 1.0 / math::sqrt(gx * gx + gy * gy);
+        let curvature = outline.det * slope * slope * slope;
+        let along = (radius - 1.0) * slope;
+        // That place is not the nearest one: the outline curves away between them.
+        let ((px, py), depth) = (outline.frame.inverse(u, v), radius - 1.0);
+        let aside = depth * depth * (px * px + py * py - slope * slope).max(0.0);
+        let distance = along + 0.5 * curvature * aside;
+        if distance > band {
+            return distance;
+        }
+        if distance < -band {
+            expected.lightness += outline.inside;
+            return distance;
+        }
+        let lead = 0.5 * curvature * self.blur;
+        let z = distance / self.blur;
+        let (share, density) = normal(z + lead);
+        expected.lightness += outline.inside * (1.0 - share);
+        expected.by_blur += outline.inside * density * (z - lead);
+        // A term of the conic moves the outline inwards by itself over the whole gradient.
+        let change = -0.5 * outline.inside * density * slope / self.blur;
+        let _ = expected.edges.push(Near { outline: k, u, v, change });
+        distance
+    }
+}
