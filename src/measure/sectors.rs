@@ -26,9 +26,12 @@ impl Sectors {
         1 << ((turn * self.1 as f32) as u32 & (self.1 - 1))
     }
 
-    /// The same without those beside a gap.
+    /// The same without those beside a gap. A single empty sector is none: where the outline bends most there may be no point
+    /// in it.
     pub fn without_ends(&self) -> u128 {
-        self.0 & !self.beside(self.empty())
+        let empty = self.empty();
+        let pairs = empty & self.turned(empty, 1);
+        self.0 & !self.beside(pairs | self.turned(pairs, self.1 - 1))
     }
 
     /// The sectors before and after these.
