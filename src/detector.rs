@@ -6,7 +6,7 @@ use crate::candidate::{self, Waiting};
 use crate::measure::measure;
 use crate::reject::{Observer, Reject, Rejected};
 use crate::scan::{NONE, Scanner};
-use crate::settings::{Compensation, Settings};
+use crate::settings::{Compensation, Polarity, Settings};
 use crate::storage::Storage;
 use crate::summary::{Summary, Used};
 use crate::target::{Position, Target};
@@ -148,7 +148,8 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
 
     fn next_target(&mut self, rows: u16) -> Option<Target> {
         loop {
-            let head = self.waiting.take_ready(rows, &mut self.detector.scanner.outlines)?;
+            let dark = self.detector.settings.spec.polarity() == Polarity::Dark;
+            let head = self.waiting.take_ready(rows, dark, &mut self.detector.scanner)?;
             let measured = measure(head, &mut self.detector.scanner, &self.detector.settings);
             if let Err(cause) = measured {
                 self.reject(head, cause);

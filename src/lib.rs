@@ -49,6 +49,7 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+mod arcs;
 mod camera;
 mod candidate;
 pub mod centre;

@@ -238,8 +238,10 @@ pub(crate) mod limits {
     pub const MAX_RMS: f32 = 0.22;
     /// ... and what each px of semi-minor axis adds (lens distortion, print).
     pub const MAX_RMS_PER_AXIS: f32 = 0.004;
+    /// The same for a broken circle, as a share of that: where less is seen, less is borne.
+    pub const PARTIAL_RMS: f32 = 0.5;
     /// Largest share of the outline without edge points, in sectors of 32: above it the ellipse is a guess.
-    pub const MAX_GAP: u32 = 10;
+    pub const MAX_GAP: u32 = 16;
     /// Share that sets the flag `OCCLUDED`.
     pub const FLAG_GAP: u32 = 3;
     /// Residual of an ellipse above which the flag `RESIDUAL` is set, px, if there is no noise: what a good print and the
@@ -251,6 +253,33 @@ pub(crate) mod limits {
     pub const FLAG_CONTRAST: f32 = 40.0;
     /// Below this inner semi-minor axis or gap the flag `SMALL` is set, px.
     pub const FLAG_SMALL: f32 = 4.0;
+    /// Searches for arcs in a frame: each costs up to about 50,000 instructions. What is broken beyond that is refused unsearched.
+    pub const MAX_SEARCHES: u16 = 64;
+    /// Fewest sectors of 32 in which a broken circle is seen where nothing else is known of it ...
+    pub const MIN_SEEN: u32 = 8;
+    /// ... and where one concentric with it is known.
+    pub const MIN_SEEN_AROUND: u32 = 5;
+    /// Smallest semi-major axis of a broken outer circle, px: in a smaller one it cannot be seen whether the gap is one of the
+    /// print.
+    pub const MIN_PARTIAL_SEMI_AXIS: f32 = 8.0;
+    /// Largest ratio of the semi-axes of a broken circle: an arc of a steeper one cannot be told from a line.
+    pub const MAX_ASPECT: f32 = 6.0;
+    /// What the search adds to the distance of two centres where one of them is of a broken circle, px.
+    pub const ARC_CENTRE: f32 = 2.0;
+    /// An outline cut by the frame may have one in this many of all crossings that fit.
+    pub const CUT_SHARE: usize = 8;
+    /// Residual of a target's levels, in standard deviations of the samples across its edges, above which something else than the
+    /// print has a part in them.
+    pub const DISTURBED: f32 = 2.0;
+    /// Largest difference of a sample from the profile of its edge, as a share of the contrast (curved response, gradients), ...
+    pub const MISFIT: f32 = 0.06;
+    /// ... plus this many standard deviations of the noise: more is something else in front of the edge.
+    pub const MISFIT_SIGMAS: f32 = 4.0;
+    /// Largest deviation of the light beside an edge from that around the rest of the circle, as a share of the contrast: more is
+    /// glare or a shadow, which moves the edge by 2.5 times its blur for the whole of the contrast.
+    pub const UNEVEN: f32 = 0.02;
+    /// Room for the noise in that, standard deviations of a sector's mean.
+    pub const UNEVEN_SIGMAS: f32 = 4.0;
     /// Mean squared residual of a target's ellipses under the camera, in units of their variance, above which they
     /// contradict it: chance alone does that to one target with two circles in 10,000, even where the noise is 10 % above
     /// what the residuals tell.

@@ -68,6 +68,11 @@ pub struct Covariance {
 }
 
 impl Covariance {
+    /// `factor` times as large.
+    pub(crate) fn scaled(&self, factor: f32) -> Self {
+        Self { xx: factor * self.xx, xy: factor * self.xy, yy: factor * self.yy }
+    }
+
     /// That of a place after the linear map `m`.
     pub(crate) fn mapped(&self, [[a, b], [c, d]]: [[f32; 2]; 2]) -> Self {
         let Self { xx, xy, yy } = *self;

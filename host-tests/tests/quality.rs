@@ -32,15 +32,15 @@ fn has(target: &Target, flag: Flags) -> bool {
     target.flags.contains(flag)
 }
 
-/// A shadow on the rim of the outer circle of 60 px, within `half` degrees of the direction of +x: the paper there is less
-/// than half as light as elsewhere, so that no edge point can be placed.
-fn shadowed(half: f64) -> Frame {
+/// A shadow on the rim of the outer circle of 60 px, within `half` degrees of the direction of +x, with a border of `soft`
+/// degrees: the paper there is less than half as light as elsewhere, so that no edge point can be placed.
+fn shadowed(half: f64, soft: f64) -> Frame {
     let mut frame = scene(60.0).render(5);
     for (i, pixel) in frame.pixels.iter_mut().enumerate() {
         let (x, y) = ((i % frame.width) as f64 - 160.3, (i / frame.width) as f64 - 120.4);
         if x.hypot(y) > 50.0 {
             // Half of the depth at `half`; the shadow's own border must be no edge.
-            let depth = 1.0 / (1.0 + ((y.atan2(x).abs().to_degrees() - half) / 6.0).exp());
+            let depth = 1.0 / (1.0 + ((y.atan2(x).abs().to_degrees() - half) / soft).exp());
             *pixel = 30 + ((1.0 - 0.7 * depth) * (f64::from(*pixel) - 30.0)) as u8;
         }
     }
@@ -53,7 +53,8 @@ fn noise_is_that_of_the_sensor_and_of_rounding() {
         let found = f64::from(target(40.0, |scene| scene.photometry.noise = noise).noise);
         let wanted = f64::sqrt(noise * noise + 1.0 / 12.0);
         println!("noise {noise}: {found:.3} for {wanted:.3}");
-        assert!((found / wanted - 1.0).abs() < 0.15, "noise {noise}: {found} for {wanted}");
+        // The means of stretches are whole levels, in which a noise of one level is partly lost.
+        assert!((found / wanted - 1.0).abs() < 0.16, "noise {noise}: {found} for {wanted}");
     }
 }
 
@@ -109,15 +110,16 @@ fn gap_is_the_angle_of_the_missing_arc() {
     let whole = target(60.0, |_| ());
     assert_eq!(whole.gap(), 0.0);
     assert!(!has(&whole, Flags::OCCLUDED));
-    let small = measured(&shadowed(15.0), TargetSpec::any());
-    let large = measured(&shadowed(35.0), TargetSpec::any());
-    for (target, degrees) in [(&small, 19.0), (&large, 59.0)] {
+    let small = measured(&shadowed(3.0, 2.0), TargetSpec::any());
+    let large = measured(&shadowed(35.0, 6.0), TargetSpec::any());
+    // To where the light differs by 3 % of the contrast: less moves no edge by more than a few hundredths of a pixel.
+    let reach = |half: f64, soft: f64| 2.0 * (half + soft * (0.7 / 0.03_f64 - 1.0).ln());
+    for (target, degrees) in [(&small, reach(3.0, 2.0)), (&large, reach(35.0, 6.0))] {
         println!(
             "{degrees} degrees in shadow: gaps {:?}",
             target.circles.iter().map(|c| c.gap).collect::<Vec<_>>()
         );
-        // Sectors of 11.25 degrees, and a soft border of the shadow.
-        assert!((target.gap() - degrees).abs() <= 15.0, "{} for {degrees}", target.gap());
+        assert!((f64::from(target.gap()) - degrees).abs() <= 14.0, "{} for {degrees}", target.gap());
         assert_eq!(target.gap(), target.circles[0].gap);
         assert_eq!(target.circles[1].gap, 0.0);
     }

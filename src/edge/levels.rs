@@ -1,12 +1,17 @@
 //! The levels of a target: one dark and one bright level under one plane of illumination.
 
-use super::{Edges, Local, Outer, mean_tail, normal};
+use super::{Blur, Edges, Local, Outer, mean_tail, normal};
 use crate::fit::{Factor, Matrix, Shape};
 use crate::math;
 use crate::scan::{Crossing, Pool};
 
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
 const OUTLIER: f32 = 0.25;
+/// The same in the last pass, with room for this many standard deviations of the noise.
+const LAST_OUTLIER: f32 = 0.04;
+const LAST_OUTLIER_SIGMAS: f32 = 4.0;
+/// Pixels whose levels are independent of each other where something lies before the target: eight places of eight pixels.
+const INDEPENDENT: f32 = 64.0;
 /// Standard deviation of the light's slope along either axis where a level is clipped, relative change over the outer
 /// semi-major axis: one sixth over the whole target.
 const CLIPPED_SLOPE: f32 = 1.0 / 12.0;
@@ -24,6 +29,8 @@ pub(crate) struct Levels {
     slopes: (f32, f32, f32),
     /// Standard deviation of the samples about the levels of the pass before, grey levels.
     pub noise: f32,
+    /// Pixels in the samples, each as far as it counted.
+    pixels: f32,
     /// More than one far sample in ten at the end of the grey scale.
     pub clipped: bool,
 }
@@ -39,19 +46,29 @@ impl Levels {
             gy: 0.0,
             slopes: (0.0, 0.0, 0.0),
             noise: 0.0,
+            pixels: 0.0,
             clipped: false,
         };
-        let first = unknown.refine(edges, pool, sigma, Pass::First)?;
+        let blur = Blur { sigma, noise: 0.0 };
+        let first = unknown.refine(edges, pool, &blur, Pass::First)?;
         let mean = 0.5 * (first.dark + first.bright);
         let levels = Self { gx: first.gx / mean, gy: first.gy / mean, ..first };
-        levels.refine(edges, pool, sigma, Pass::Robust { every: false })
+        levels.refine(edges, pool, &blur, Pass::Robust { every: false })
     }
 
-    /// The levels by least squares over the samples of every crossing, each with the lightness that the ellipses and a
-    /// blur of `sigma` px give it. Shading is multiplicative, so the plane's slope is proportional to the level. What is
+    /// The levels by least squares over the samples of every crossing, each with the lightness that the ellipses and the
+    /// blur give it. Shading is multiplicative, so the plane's slope is proportional to the level. What is
     /// far from `self` is left out.
-    pub fn refined(&self, edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32) -> Option<Self> {
-        self.refine(edges, pool, sigma, Pass::Robust { every: true })
+    pub fn refined(&self, edges: &Edges<'_>, pool: &Pool<'_>, blur: &Blur) -> Option<Self> {
+        self.refine(edges, pool, blur, Pass::Robust { every: true })
+    }
+
+    /// The same where something lies before the target, whose residuals are not independent: as if there were only so many of
+    /// them as it has places where that can differ.
+    pub fn disturbed(&self) -> Self {
+        let factor = (self.pixels / INDEPENDENT).max(1.0);
+        let (xx, xy, yy) = self.slopes;
+        Self { slopes: (factor * xx, factor * xy, factor * yy), ..*self }
     }
 
     /// Bright minus dark at the origin, grey levels.
@@ -87,10 +104,18 @@ impl Levels {
         Scale { gain, slope: gain * slope, dark: self.dark / self.contrast() }
     }
 
-    fn refine(&self, edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32, pass: Pass) -> Option<Self> {
+    fn refine(&self, edges: &Edges<'_>, pool: &Pool<'_>, blur: &Blur, pass: Pass) -> Option<Self> {
+        let Blur { sigma, noise } = *blur;
         let mut normals = Normals::default();
         // Coordinates in units of the target's size keep the system well scaled.
         let scale = edges.edges.first().map(|outer| 1.0 / outer.shape.semi_axes().0)?;
+        let limit = match pass {
+            Pass::First => f32::INFINITY,
+            Pass::Robust { every: false } => OUTLIER * self.contrast(),
+            Pass::Robust { every: true } => {
+                (LAST_OUTLIER + LAST_OUTLIER_SIGMAS * noise).min(OUTLIER) * self.contrast()
+            }
+        };
         for (k, edge) in edges.edges.iter().enumerate() {
             let Some(views) = edges.views(k) else { continue };
             let stride = if pass == (Pass::Robust { every: true }) { 1 } else { edge.stride() };
@@ -103,7 +128,7 @@ impl Levels {
                     let mixed = self.mixed(sample.lightness);
                     let expected = mixed * (1.0 + self.gx * x + self.gy * y);
                     let residual = sample.level - expected;
-                    if pass == Pass::First || residual.abs() < OUTLIER * self.contrast() {
+                    if residual.abs() < limit {
                         normals.add(&sample, (mixed * x * scale, mixed * y * scale), residual);
                     }
                 }
@@ -263,6 +288,8 @@ impl Normals {
             gy: gy * scale,
             slopes: (xx, xy, yy),
             noise: math::sqrt(variance),
+            // The first two terms of each sample sum to 1.
+            pixels: self.m[0][0] + 2.0 * self.m[0][1] + self.m[1][1],
             clipped,
         })
     }

@@ -12,11 +12,11 @@ mod place;
 mod profile;
 
 pub(crate) use levels::Levels;
-pub(crate) use place::{measure_blur, place};
+pub(crate) use place::{Blur, measure_blur, place};
 
 use crate::fit::Shape;
 use crate::math;
-use crate::scan::{Axis, Crossing, CrossingList};
+use crate::scan::{Axis, Crossing, CrossingList, Outline};
 pub(crate) use profile::normal;
 use profile::{Blurred, mean_tail};
 
@@ -38,12 +38,18 @@ pub(crate) struct Edge {
     minor: f32,
     /// Dark inside, light outside.
     pub dark_inside: bool,
+    /// Only arcs of it are seen.
+    pub partial: bool,
+    /// The frame's border cuts it.
+    pub cut: bool,
     pub crossings: CrossingList,
 }
 
 impl Edge {
-    pub fn new(shape: Shape, dark_inside: bool, crossings: CrossingList) -> Self {
-        Self { shape, minor: shape.semi_axes().1, dark_inside, crossings }
+    pub fn new(shape: Shape, outline: &Outline) -> Self {
+        let Outline { partial, cut, crossings, .. } = *outline;
+        let (_, minor) = shape.semi_axes();
+        Self { shape, minor, dark_inside: outline.moments.area > 0, partial, cut, crossings }
     }
 
     /// Every how many crossings one is taken for what the whole target shares: an odd number, because a row leaves one on

@@ -37,6 +37,14 @@ pub(crate) struct Adjusted {
     pub points: u16,
 }
 
+impl Adjusted {
+    /// The same with `factor` times the variance.
+    pub fn with_variance(&self, factor: f32) -> Self {
+        let frame_covariance = self.frame_covariance.map(|row| row.map(|entry| factor * entry));
+        Self { covariance: self.covariance.scaled(factor), frame_covariance, ..*self }
+    }
+}
+
 /// A point in the frame where the ellipse is the unit circle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
@@ -49,6 +57,11 @@ pub(crate) struct View {
 }
 
 impl View {
+    /// Signed distance from the ellipse, px, to first order; positive outside.
+    pub fn distance(&self) -> f32 {
+        math::sqrt(self.weight) * self.residual
+    }
+
     /// Squared distance from the ellipse, px^2, to first order.
     pub fn square_distance(&self) -> f32 {
         self.weight * self.residual * self.residual
@@ -103,6 +116,15 @@ impl Adjustment {
             rms: math::sqrt(squares / f32::from(self.points)),
             points: self.points,
         })
+    }
+
+    /// Takes the step to a similar ellipse instead: only centre and size are free, as between concentric circles.
+    pub fn similar(&self) -> Option<Shape> {
+        let [_, _, [_, _, cc, ..], [_, _, dc, dd, _], [_, _, ec, ed, ee]] = self.m;
+        let [_, _, c, d, e] = self.right;
+        let m: Matrix<3> = [[cc, 0.0, 0.0], [dc, dd, 0.0], [ec, ed, ee]];
+        let [c, d, e] = Factor::new(&m)?.solve([c, d, e]);
+        self.frame.moved(&self.shape, &[0.0, 0.0, c, d, e])
     }
 }
 

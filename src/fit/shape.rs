@@ -71,6 +71,24 @@ impl Shape {
         (1.0 / math::sqrt(small), 1.0 / math::sqrt(large))
     }
 
+    /// The same in a unit of length of which the present one is `unit`.
+    pub fn scaled(&self, unit: f32) -> Self {
+        let inverse = 1.0 / (unit * unit);
+        let Self { cx, cy, axx, axy, ayy } = *self;
+        Self { cx: cx * unit, cy: cy * unit, axx: axx * inverse, axy: axy * inverse, ayy: ayy * inverse }
+    }
+
+    /// The same about its own centre, `factor` times as large.
+    pub fn grown(&self, factor: f32) -> Self {
+        Self { cx: self.cx, cy: self.cy, ..self.scaled(factor) }
+    }
+
+    /// Half the sides of its bounding box.
+    pub fn extent(&self) -> (f32, f32) {
+        let det = self.det();
+        (math::sqrt(self.ayy / det), math::sqrt(self.axx / det))
+    }
+
     /// The same about `(x, y)` px as origin instead.
     pub fn about(&self, x: f32, y: f32) -> Self {
         Self { cx: self.cx - x, cy: self.cy - y, ..*self }

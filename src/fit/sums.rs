@@ -76,23 +76,23 @@ impl Sums {
             -s3(self.xxy + self.yyy),
             -s2(self.xx + self.yy),
         ];
-        let [a, b, d, e, f] = Factor::new(&m)?.solve(right);
-        let (axx, axy, ayy) = (1.0 + a, 0.5 * b, 1.0 - a);
-        let det = axx * ayy - axy * axy;
-        if !(det > 0.0) {
-            return None;
-        }
-        let cx = 0.5 * (axy * e - ayy * d) / det;
-        let cy = 0.5 * (axy * d - axx * e) / det;
-        let level = -(f + 0.5 * (d * cx + e * cy));
-        // A real ellipse has its centre inside.
-        if !(level > 0.0) {
-            return None;
-        }
-        let px = UNIT / GRID;
-        let scale = 1.0 / (level * px * px);
-        Some(Shape { cx: cx * px, cy: cy * px, axx: axx * scale, axy: axy * scale, ayy: ayy * scale })
+        ellipse(&m, right).map(|shape| shape.scaled(UNIT / GRID))
     }
+}
+
+/// The ellipse that solves the normal equations, in their unit of length.
+pub(super) fn ellipse(m: &Matrix<5>, right: [f32; 5]) -> Option<Shape> {
+    let [a, b, d, e, f] = Factor::new(m)?.solve(right);
+    let (axx, axy, ayy) = (1.0 + a, 0.5 * b, 1.0 - a);
+    let det = axx * ayy - axy * axy;
+    if !(det > 0.0) {
+        return None;
+    }
+    let cx = 0.5 * (axy * e - ayy * d) / det;
+    let cy = 0.5 * (axy * d - axx * e) / det;
+    let level = -(f + 0.5 * (d * cx + e * cy));
+    // A real ellipse has its centre inside.
+    (level > 0.0).then(|| Shape { cx, cy, axx: axx / level, axy: axy / level, ayy: ayy / level })
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! One edge: its edge points to an ellipse.
 
 use super::origin::Origin;
+use super::sectors::{SectorLight, SectorSums, Sectors};
 use crate::edge::Edge;
-use crate::fit::{Adjusted, Adjustment, Sums};
+use crate::fit::{Adjusted, Adjustment, Shape, Spread, Sums};
 use crate::math;
 use crate::reject::Reject;
 use crate::scan::{Axis, Crossing, Pool};
@@ -10,15 +11,19 @@ use crate::settings::limits;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
-/// Sectors in which edge points are looked for.
-pub(crate) const SECTORS: u32 = 32;
+/// Most steps of a fit; an undamaged ellipse needs one or two.
+const PASSES: usize = 6;
 
 /// An edge after its fit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fitted {
     pub adjusted: Adjusted,
     pub dark_inside: bool,
-    /// Longest run of sectors without an edge point, of 32.
+    /// Only arcs of it are seen.
+    pub partial: bool,
+    /// The frame's border cuts it.
+    pub cut: bool,
+    /// Longest gap between edge points, in parts of a turn.
     pub gap: u32,
     /// Radius in units of the outer circle's.
     pub ratio: f32,
@@ -37,35 +42,45 @@ pub(super) fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
     list
 }
 
-/// Fits the ellipse of one edge to its edge points.
-pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin) -> Result<Fitted, Reject> {
-    let mut sums = Sums::default();
-    let crossings = || pool.iter(edge.crossings).filter_map(|crossing| edge_point(crossing, origin.pixel));
-    crossings().filter_map(|point| origin.on_grid(point)).for_each(|(x, y)| sums.add(x, y));
-    let points = || crossings().filter_map(|point| origin.undistorted(point));
-    let start = sums.fit().ok_or(Reject::NotElliptic)?;
-    let begin = |shape| Adjustment::new(shape).ok_or(Reject::NotElliptic);
-    let mut step = adjust(begin(start)?, points(), f32::INFINITY)?;
-    let limit = limits::OUTLIER * step.adjusted.rms.max(1.0 / 256.0);
-    if step.farthest > limit {
-        step = adjust(begin(step.adjusted.shape)?, points(), limit)?;
+/// Fits the ellipse of one edge to its edge points. The noise of their samples is in units of the contrast.
+pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin, noise: f32) -> Result<Fitted, Reject> {
+    let tolerance = 256.0 * (limits::MISFIT + limits::MISFIT_SIGMAS * noise);
+    let sound = move |crossing: &&Crossing| {
+        crossing.edge_point().is_some_and(|point| f32::from(point.misfit) <= tolerance)
+    };
+    let crossings = || pool.iter(edge.crossings).filter(sound);
+    let places = || crossings().filter_map(|crossing| edge_point(crossing, origin.pixel));
+    let points = || places().filter_map(|point| origin.undistorted(point));
+    let start = start(edge, places(), origin)?;
+    let even = even_sectors(&start, crossings(), origin, noise).ok_or(Reject::NotElliptic)?;
+    let mut gate = Gate { limit: f32::INFINITY, sectors: even, even };
+    let mut step = adjust(start, points(), &gate)?;
+    for _ in 1..PASSES {
+        gate = step.gate(even);
+        if step.farthest <= gate.limit && step.seen.0 & !gate.sectors == 0 {
+            break;
+        }
+        step = adjust(step.adjusted.shape, points(), &gate)?;
     }
-    let Step { adjusted, sectors, .. } = step;
+    let Step { adjusted, seen, .. } = step;
     let (_, b) = adjusted.shape.semi_axes();
-    let gap = longest_gap(sectors);
+    let gap = seen.longest_gap();
     if gap > limits::MAX_GAP {
         return Err(Reject::OpenOutline);
     }
     // Also refuses NaN.
-    if !(adjusted.rms <= limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b) {
+    let share = if edge.partial { limits::PARTIAL_RMS } else { 1.0 };
+    if !(adjusted.rms <= share * (limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b)) {
         return Err(Reject::NotElliptic);
     }
-    Ok(Fitted { adjusted, dark_inside: edge.dark_inside, gap, ratio: 1.0, measured_ratio: 1.0 })
+    let adjusted = adjusted.with_variance(excess(&adjusted, points(), &gate));
+    let Edge { dark_inside, partial, cut, .. } = *edge;
+    Ok(Fitted { adjusted, dark_inside, partial, cut, gap, ratio: 1.0, measured_ratio: 1.0 })
 }
 
 /// Edge point of a crossing about the origin, 1/256 px.
 fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
-    let offset = i32::from(crossing.offset()?);
+    let offset = i32::from(crossing.edge_point()?.offset);
     let x = 256 * (i32::from(crossing.x) - i32::from(origin.0));
     let y = 256 * (i32::from(crossing.y()) - i32::from(origin.1));
     Some(match crossing.axis() {
@@ -74,43 +89,100 @@ fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
     })
 }
 
+/// The algebraic fit; where arcs are missing that would shrink the ellipse, and the search has given a better one of what is
+/// seen.
+fn start(edge: &Edge, places: impl Iterator<Item = (i32, i32)>, origin: &Origin) -> Result<Shape, Reject> {
+    if edge.partial && origin.lens().is_none() {
+        return Ok(edge.shape);
+    }
+    let mut sums = Sums::default();
+    places.filter_map(|place| origin.on_grid(place)).for_each(|(x, y)| sums.add(x, y));
+    sums.fit().ok_or(Reject::NotElliptic)
+}
+
+/// The sectors in which the light beside the edge is the same as around most of the circle.
+fn even_sectors<'c>(
+    shape: &Shape,
+    crossings: impl Iterator<Item = &'c Crossing>,
+    origin: &Origin,
+    noise: f32,
+) -> Option<u128> {
+    let adjustment = Adjustment::new(*shape)?;
+    let mut light = SectorLight::new(shape.semi_axes().1);
+    for crossing in crossings {
+        let place = edge_point(crossing, origin.pixel).and_then(|place| origin.undistorted(place));
+        if let (Some(point), Some((x, y))) = (crossing.edge_point(), place) {
+            let view = adjustment.view(x, y);
+            light.add(view.u, view.v, point.excess);
+        }
+    }
+    Some(light.even(noise))
+}
+
+/// Which points are used.
+struct Gate {
+    /// Largest distance from the ellipse, px.
+    limit: f32,
+    /// Sectors in which they may lie.
+    sectors: u128,
+    /// The same with those beside gaps.
+    even: u128,
+}
+
 /// An adjustment with what else the points tell.
 struct Step {
     adjusted: Adjusted,
-    /// Sectors in which there are points, one bit each.
-    sectors: u32,
+    /// Sectors in which there are points, whether or not these were used.
+    seen: Sectors,
     /// Distance of the farthest point that was used from the ellipse before the step, px.
     farthest: f32,
+    /// Robust standard deviation of the distances, px.
+    sigma: f32,
 }
 
-/// One step with the points nearer to the ellipse than `limit` px.
-fn adjust(
-    mut adjustment: Adjustment,
-    points: impl Iterator<Item = (f32, f32)>,
-    limit: f32,
-) -> Result<Step, Reject> {
-    let (mut sectors, mut farthest) = (0u32, 0.0f32);
+impl Step {
+    /// What to use in the next step: no outliers, and no points beside a gap, where what hides the edge has a part in its
+    /// profile.
+    fn gate(&self, even: u128) -> Gate {
+        Gate { limit: limits::OUTLIER * self.sigma, sectors: self.seen.without_ends(), even }
+    }
+}
+
+/// One step from `shape` with the points that pass `gate`.
+fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -> Result<Step, Reject> {
+    let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
+    let mut seen = Sectors::new(shape.semi_axes().1);
+    let mut spread = Spread::default();
+    let mut farthest = 0.0f32;
     for (x, y) in points {
         let point = adjustment.view(x, y);
         let distance = point.square_distance();
-        if distance < limit * limit {
-            adjustment.add(&point);
-            farthest = farthest.max(distance);
-            let turn = math::approx::atan2(point.v, point.u) * (0.5 / core::f32::consts::PI) + 1.0;
-            sectors |= 1u32.rotate_left((turn * SECTORS as f32) as u32 % SECTORS);
+        if distance <= gate.limit * gate.limit {
+            let sector = seen.sector(point.u, point.v);
+            seen.0 |= sector & gate.even;
+            if gate.sectors & sector != 0 {
+                adjustment.add(&point);
+                farthest = farthest.max(distance);
+                spread.add(distance);
+            }
         }
     }
     let adjusted = adjustment.finish().ok_or(Reject::NotElliptic)?;
-    Ok(Step { adjusted, sectors, farthest: math::sqrt(farthest) })
+    Ok(Step { adjusted, seen, farthest: math::sqrt(farthest), sigma: spread.sigma() })
 }
 
-/// Longest run of sectors without a point, around the circle.
-fn longest_gap(sectors: u32) -> u32 {
-    let mut empty = !sectors;
-    let mut longest = 0;
-    while empty != 0 && longest < SECTORS {
-        empty &= empty.rotate_left(1);
-        longest += 1;
+/// Factor on the covariance because the residuals are not independent: how much the sums over sectors exceed what they would
+/// be if they were. Points that something displaces lie on one side of the ellipse together.
+fn excess(adjusted: &Adjusted, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -> f32 {
+    let Some(adjustment) = Adjustment::new(adjusted.shape) else { return 1.0 };
+    let sectors = Sectors::new(adjusted.shape.semi_axes().1);
+    let mut sums = SectorSums::new(adjusted.points);
+    for (x, y) in points {
+        let point = adjustment.view(x, y);
+        let distance = point.distance();
+        if distance.abs() <= gate.limit && gate.sectors & sectors.sector(point.u, point.v) != 0 {
+            sums.add(point.u, point.v, distance);
+        }
     }
-    longest
+    sums.excess()
 }

@@ -11,9 +11,10 @@ mod combine;
 mod ellipse;
 mod known;
 mod origin;
+mod sectors;
 
 use crate::candidate;
-use crate::edge::{self, Edge, Edges, Levels};
+use crate::edge::{self, Blur, Edge, Edges, Levels};
 use crate::fit::Adjusted;
 use crate::reject::Reject;
 use crate::scan::{Pool, Scanner};
@@ -23,11 +24,14 @@ use choose::choose;
 pub(crate) use choose::concentric;
 use combine::{Centre, combine, measured_perspective, significant};
 use ellipse::fit;
-pub(crate) use ellipse::{Fitted, FittedList, SECTORS};
+pub(crate) use ellipse::{Fitted, FittedList};
 use heapless::Vec;
 use known::known;
 pub(crate) use origin::Origin;
+pub(crate) use sectors::PARTS;
 
+/// Most further passes over the levels of a target with something in front of it: each leaves more of that out.
+const LEVEL_PASSES: usize = 3;
 /// First guess of the blur, px, for the first look at the levels.
 const BLUR_GUESS: f32 = 0.8;
 
@@ -42,13 +46,26 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let pool = &mut scanner.pool;
     let levels = Levels::first(&edges, pool, BLUR_GUESS).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
-    let blur = edge::measure_blur(&edges, pool, &levels);
-    let levels = levels.refined(&edges, pool, blur).ok_or(Reject::LowContrast)?;
+    let mut blur = edge::measure_blur(&edges, pool, &levels);
+    let mut levels = levels.refined(&edges, pool, &blur).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
+    let disturbed =
+        |levels: &Levels, blur: &Blur| levels.noise > limits::DISTURBED * blur.noise * levels.contrast();
+    for _ in 0..LEVEL_PASSES {
+        if !disturbed(&levels, &blur) {
+            break;
+        }
+        blur = edge::measure_blur(&edges, pool, &levels);
+        levels = levels.refined(&edges, pool, &blur).ok_or(Reject::LowContrast)?;
+        check_contrast(&levels)?;
+    }
+    if disturbed(&levels, &blur) {
+        levels = levels.disturbed();
+    }
     let origin = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
-    let fitted = fit_all(&edges, pool, &levels, blur, &origin)?;
+    let fitted = fit_all(&edges, pool, &levels, blur.sigma, &origin)?;
     let circles = choose(&fitted, settings, scanner.width())?;
-    assemble(&circles, settings, &Light::new(&levels, blur, &circles), &origin)
+    assemble(&circles, settings, &Light::new(&levels, blur.sigma, &circles), &origin)
 }
 
 /// The outlines of the chain as edges about `origin`, outermost first.
@@ -60,11 +77,16 @@ fn collect(head: u16, origin: (u16, u16), scanner: &Scanner<'_>) -> Result<Vec<E
         if edges.is_full() {
             break;
         }
+        if outline.open {
+            return Err(Reject::OpenOutline);
+        }
         let own = candidate::origin(outline);
         let shift = |own: u16, origin: u16| (i32::from(origin) - i32::from(own)) as f32;
         let shape = candidate::shape(outline)?.about(shift(own.0, origin.0), shift(own.1, origin.1));
-        let dark_inside = outline.moments.area > 0;
-        let _ = edges.push(Edge::new(shape, dark_inside, outline.crossings));
+        if edges.is_empty() && outline.partial && shape.semi_axes().0 < limits::MIN_PARTIAL_SEMI_AXIS {
+            return Err(Reject::TooSmall);
+        }
+        let _ = edges.push(Edge::new(shape, outline));
         at = outline.inner;
     }
     Ok(edges)
@@ -85,9 +107,11 @@ fn fit_all(
 ) -> Result<FittedList, Reject> {
     let mut fitted = FittedList::new();
     let mut cause = Reject::Alone;
-    for (k, edge) in edges.edges.iter().enumerate() {
-        edge::place(edges, k, pool, levels, blur);
-        match fit(edge, pool, origin) {
+    // What disturbs one edge does not disturb all.
+    let noise = (0..edges.edges.len())
+        .fold(f32::INFINITY, |least, k| least.min(edge::place(edges, k, pool, levels, blur)));
+    for edge in edges.edges {
+        match fit(edge, pool, origin, noise) {
             Ok(fit) => {
                 let _ = fitted.push(fit);
             }
@@ -178,7 +202,7 @@ fn report(circle: &Fitted, origin: &Origin) -> Circle {
         covariance: origin.covariance((shape.cx, shape.cy), &covariance),
         rms,
         points,
-        gap: circle.gap as f32 * (360.0 / SECTORS as f32),
+        gap: circle.gap as f32 * (360.0 / PARTS as f32),
         ratio: circle.ratio,
         measured_ratio: circle.measured_ratio,
     }
@@ -196,7 +220,8 @@ fn flags(circles: &FittedList, settings: &Settings, light: &Light) -> Flags {
         let (_, b) = circle.adjusted.shape.semi_axes();
         let square = circle.adjusted.rms * circle.adjusted.rms;
         flags.set(Flags::RESIDUAL, square > explained + limits::FLAG_RESIDUAL * limits::FLAG_RESIDUAL);
-        flags.set(Flags::OCCLUDED, circle.gap > limits::FLAG_GAP);
+        flags.set(Flags::OCCLUDED, circle.partial || circle.gap > limits::FLAG_GAP);
+        flags.set(Flags::CUT, circle.cut);
         flags.set(Flags::SMALL, b.min(outside - b) < limits::FLAG_SMALL);
         outside = b;
     }

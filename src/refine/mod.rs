@@ -14,7 +14,7 @@ mod normals;
 use crate::detector::Image;
 use crate::fit::{Adjusted, Shape};
 use crate::math;
-use crate::measure::{Fitted, FittedList, Light, Origin, SECTORS, assemble, concentric};
+use crate::measure::{Fitted, FittedList, Light, Origin, PARTS, assemble, concentric};
 use crate::settings::{Polarity, Settings};
 use crate::target::{Circle, Flags, Position, Target};
 use heapless::Vec;
@@ -274,7 +274,9 @@ impl<'i> Window<'i> {
         };
         let mut better = assemble(&circles, settings, &light, &self.origin).ok()?;
         better.flags.set(Flags::REFINED, true);
-        better.flags.set(Flags::CUT, target.flags.contains(Flags::CUT));
+        for hidden in [Flags::CUT, Flags::OCCLUDED] {
+            better.flags.set(hidden, target.flags.contains(hidden));
+        }
         let (dx, dy) = better.centre.offset_from(target.centre);
         (dx * dx + dy * dy < FARTHEST * FARTHEST).then_some(better)
     }
@@ -289,6 +291,7 @@ fn fitted(outline: &Outline, spread: &Spread, variance: f32, old: &Circle) -> Fi
         rms: old.rms,
         points: old.points,
     };
-    let gap = math::round(old.gap * (SECTORS as f32 / 360.0)).max(0) as u32;
-    Fitted { adjusted, dark_inside: outline.inside < 0.0, gap, ratio: 1.0, measured_ratio: 1.0 }
+    let gap = math::round(old.gap * (PARTS as f32 / 360.0)).max(0) as u32;
+    let dark_inside = outline.inside < 0.0;
+    Fitted { adjusted, dark_inside, partial: false, cut: false, gap, ratio: 1.0, measured_ratio: 1.0 }
 }

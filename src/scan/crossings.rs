@@ -75,16 +75,32 @@ impl Crossing {
         self.far
     }
 
-    /// The edge point's offset on the axis, 1/256 px, after it is placed; `None` where it was refused.
-    pub fn offset(&self) -> Option<i16> {
-        let [Stretch(offset), _] = self.far;
-        Some(offset as i16).filter(|&offset| offset != i16::MIN)
+    /// The edge point after it is placed; `None` where it was refused.
+    pub fn edge_point(&self) -> Option<EdgePoint> {
+        let ([excess, misfit, ..], [Stretch(offset), _]) = (self.near, self.far);
+        let offset = offset as i16;
+        (offset != i16::MIN).then_some(EdgePoint { offset, excess: excess as i8, misfit })
     }
 
-    /// Replaces the far stretches, which are spent, by the edge point.
-    pub fn place(&mut self, offset: Option<i16>) {
-        self.far = [Stretch(offset.unwrap_or(i16::MIN) as u16), Stretch(0)];
+    /// Replaces the levels, which are spent, by the edge point.
+    pub fn place(&mut self, placed: Option<EdgePoint>) {
+        let EdgePoint { offset, excess, misfit } =
+            placed.unwrap_or(EdgePoint { offset: i16::MIN, excess: 0, misfit: 0 });
+        self.far = [Stretch(offset as u16), Stretch(0)];
+        let [_, _, c, d] = self.near;
+        self.near = [excess as u8, misfit, c, d];
     }
+}
+
+/// Where the edge passes at a crossing. Lightness in 1/256 of the contrast.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct EdgePoint {
+    /// On the axis from the crossing's pixel, 1/256 px.
+    pub offset: i16,
+    /// Lightness beside the edge beyond what the target's levels give.
+    pub excess: i8,
+    /// Largest difference of a sample from the edge's profile.
+    pub misfit: u8,
 }
 
 /// The crossings of an outline: a list in the pool.
@@ -115,6 +131,11 @@ pub(crate) struct Pool<'s> {
 impl<'s> Pool<'s> {
     pub fn new(slots: &'s mut [Crossing]) -> Self {
         Self { slots, touched: 0, free: NONE }
+    }
+
+    /// Slots.
+    pub fn capacity(&self) -> usize {
+        self.slots.len()
     }
 
     /// Most slots used at a time.
@@ -160,6 +181,24 @@ impl<'s> Pool<'s> {
         }
         list.tail = other.tail;
         list.len += other.len;
+    }
+
+    /// Parts `list` into those that are `wanted` and the others, both in their order.
+    pub fn split(
+        &mut self,
+        list: CrossingList,
+        wanted: impl Fn(&Crossing) -> bool,
+    ) -> (CrossingList, CrossingList) {
+        let (mut yes, mut no) = (CrossingList::EMPTY, CrossingList::EMPTY);
+        let mut at = list.head;
+        for _ in 0..list.len {
+            let Some(crossing) = self.get_mut(at) else { break };
+            let next = crossing.next;
+            let into = if wanted(crossing) { &mut yes } else { &mut no };
+            self.append(into, CrossingList { head: at, tail: at, len: 1 });
+            at = next;
+        }
+        (yes, no)
     }
 
     /// Gives all of `list` back.
@@ -215,9 +254,10 @@ mod tests {
         let mut crossing = Crossing::new(Axis::Column, (4095, 16383), [1, 2, 3, 4], far);
         assert_eq!((crossing.x, crossing.y(), crossing.axis()), (4095, 16383, Axis::Column));
         assert_eq!(crossing.far(), far);
-        crossing.place(Some(-300));
-        assert_eq!(crossing.offset(), Some(-300));
+        let point = EdgePoint { offset: -300, excess: -7, misfit: 200 };
+        crossing.place(Some(point));
+        assert_eq!(crossing.edge_point(), Some(point));
         crossing.place(None);
-        assert_eq!(crossing.offset(), None);
+        assert_eq!(crossing.edge_point(), None);
     }
 }

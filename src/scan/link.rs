@@ -10,6 +10,7 @@ use super::outlines::{NONE, Outlines};
 use super::rows::Rows;
 use super::runs::Transition;
 use crate::reject::Dropped;
+use crate::settings::limits;
 
 /// Steepest step from row to row, px, at which the crossing on the row is kept: beyond it the one on the column is the
 /// better one.
@@ -163,10 +164,11 @@ impl<'a, 's> Linker<'a, 's> {
             self.pool.append(&mut outline.crossings, moved);
         }
         self.outlines.join(a, b);
-        let spoiled = self.outlines.get(a).is_some_and(|o| o.cut || o.lossy);
+        let spoiled = self.outlines.get(a).is_some_and(|o| o.lossy);
         if spoiled {
             self.free_crossings(a);
         }
+        self.bound_cut(a);
     }
 
     fn add_transition(&mut self, label: u16, sign: i64, x: u16) {
@@ -181,7 +183,15 @@ impl<'a, 's> Linker<'a, 's> {
     fn mark_cut(&mut self, label: u16) {
         if let Some(outline) = self.outlines.get_mut(label) {
             outline.cut = true;
-            self.free_crossings(label);
+        }
+        self.bound_cut(label);
+    }
+
+    /// An outline that the frame cuts gives up when it has many crossings: it is more often background than a target.
+    fn bound_cut(&mut self, label: u16) {
+        let most = self.pool.capacity() / limits::CUT_SHARE;
+        if self.outlines.get(label).is_some_and(|o| o.cut && usize::from(o.crossings.len()) > most) {
+            self.give_up(label);
         }
     }
 
@@ -256,13 +266,18 @@ impl<'a, 's> Linker<'a, 's> {
 
     fn keep(&mut self, label: u16, crossing: Crossing) {
         loop {
-            let Some(outline) = self.outlines.get_mut(label).filter(|o| !o.cut && !o.lossy) else { return };
+            let Some(outline) = self.outlines.get_mut(label).filter(|o| !o.lossy) else { return };
             if self.pool.push(&mut outline.crossings, crossing) {
-                return;
+                return self.bound_cut(label);
+            }
+            // A target that the frame cuts is worth less than a whole one.
+            if let Some(cut) = self.outlines.largest(|o| o.cut) {
+                self.give_up(cut);
+                continue;
             }
             self.dropped.crossings = self.dropped.crossings.saturating_add(1);
             // The outline with the most crossings pays: one large piece of clutter, not many small targets.
-            match self.outlines.largest() {
+            match self.outlines.largest(|_| true) {
                 Some(largest) => self.give_up(largest),
                 None => return self.give_up(label),
             }

@@ -18,8 +18,8 @@ mod runs;
 mod tests;
 mod threshold;
 
-pub(crate) use crossings::{Axis, Crossing, CrossingList, Pool};
-pub(crate) use outlines::{NONE, Outline, Outlines};
+pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, Pool};
+pub(crate) use outlines::{Moments, NONE, Outline, Outlines};
 pub(crate) use rows::{BLOCK_ROWS, KEPT_BLOCKS, Rows};
 pub(crate) use runs::Transition;
 pub(crate) use threshold::CELL_WIDTHS;
@@ -137,6 +137,15 @@ impl<'s> Scanner<'s> {
         linker.link(self.previous.as_slice(), self.current.as_mut_slice());
         core::mem::swap(&mut self.previous, &mut self.current);
         self.linked += 1;
+    }
+
+    /// A slot for an outline that is part of another one. [`NONE`], and counted, when the table is full.
+    pub fn open_outline(&mut self) -> u16 {
+        let label = self.outlines.open(0, 0);
+        if label == NONE {
+            self.dropped.outlines = self.dropped.outlines.saturating_add(1);
+        }
+        label
     }
 
     /// Transitions of the last linked row, with the labels of their outlines.

@@ -1,6 +1,8 @@
 //! The table of outlines: exact moments, bounding boxes, and what became of each.
 
 use super::crossings::CrossingList;
+use crate::fit::Shape;
+use crate::math;
 
 /// No outline, no crossing.
 pub(crate) const NONE: u16 = u16::MAX;
@@ -31,6 +33,39 @@ impl Moments {
         self.y += sign * x * y;
         self.xy += sign * sum_x * y;
         self.yy += sign * x * y * y;
+    }
+
+    /// Those of a filled ellipse about the pixel `(x, y)`.
+    pub fn of_ellipse(shape: &Shape, (x, y): (u16, u16), dark_inside: bool) -> Self {
+        let (cx, cy) = (shape.cx, shape.cy);
+        let det = shape.det();
+        let sign = if dark_inside { 1.0 } else { -1.0 };
+        let area = sign * core::f32::consts::PI / math::sqrt(det);
+        let sum = |mean: f32| (area * mean) as i64;
+        // Second moments of the area: a quarter of the inverse matrix, less what the square pixels have of their own.
+        let own = 1.0 / 12.0;
+        let (mxx, myy) = (0.25 * shape.ayy / det - own, 0.25 * shape.axx / det - own);
+        let about = Self {
+            area: sum(1.0),
+            x: sum(cx),
+            y: sum(cy),
+            xx: sum(mxx + cx * cx),
+            xy: sum(cx * cy - 0.25 * shape.axy / det),
+            yy: sum(myy + cy * cy),
+        };
+        about.shifted(i64::from(x), i64::from(y))
+    }
+
+    /// The same with everything `(x, y)` px farther.
+    fn shifted(&self, x: i64, y: i64) -> Self {
+        Self {
+            area: self.area,
+            x: self.x + x * self.area,
+            y: self.y + y * self.area,
+            xx: self.xx + 2 * x * self.x + x * x * self.area,
+            xy: self.xy + x * self.y + y * self.x + x * y * self.area,
+            yy: self.yy + 2 * y * self.y + y * y * self.area,
+        }
     }
 
     fn join(&mut self, other: &Self) {
@@ -66,6 +101,10 @@ pub(crate) struct Outline {
     pub inner: u16,
     /// Row after which nothing concentric can close around it.
     pub ready: u16,
+    /// Only arcs of it are seen; its moments and box are those of the whole ellipse.
+    pub partial: bool,
+    /// Nothing lies in its gap: it is open by itself.
+    pub open: bool,
     /// Touches the frame's border.
     pub cut: bool,
     /// Part of it, or of its crossings, is lost.
@@ -85,6 +124,8 @@ impl Outline {
         next: 0,
         inner: 0,
         ready: 0,
+        partial: false,
+        open: false,
         cut: false,
         lossy: false,
     };
@@ -103,6 +144,12 @@ impl Outline {
         self.left = self.left.min(x);
         self.right = self.right.max(x);
         self.bottom = y;
+    }
+
+    /// The same, or as far where the frame cuts it.
+    pub fn is_around(&self, other: &Self) -> bool {
+        let reaches = self.left <= other.left && self.right >= other.right && self.top <= other.top;
+        self.surrounds(other) || self.cut && reaches
     }
 
     /// Whether its bounding box reaches beyond that of `other` on the left, right and top.
@@ -145,7 +192,7 @@ impl<'s> Outlines<'s> {
         self.slots.get_mut(usize::from(label))
     }
 
-    /// Starts an outline with two ends. [`NONE`] when the table is full.
+    /// Starts an outline with two ends at `(x, y)`. [`NONE`] when the table is full.
     pub fn open(&mut self, x: u16, y: u16) -> u16 {
         let label = if self.free != NONE {
             let label = self.free;
@@ -256,10 +303,11 @@ impl<'s> Outlines<'s> {
         }
     }
 
-    /// The outline with the most crossings.
-    pub fn largest(&self) -> Option<u16> {
+    /// The outline with the most crossings of those that are `wanted`.
+    pub fn largest(&self, wanted: impl Fn(&Outline) -> bool) -> Option<u16> {
         let used = self.slots.get(..usize::from(self.touched))?;
-        let (label, outline) = used.iter().enumerate().max_by_key(|(_, o)| o.crossings.len())?;
+        let wanted = used.iter().enumerate().filter(|(_, o)| wanted(o));
+        let (label, outline) = wanted.max_by_key(|(_, o)| o.crossings.len())?;
         (outline.crossings.len() > 0).then_some(label as u16)
     }
 }

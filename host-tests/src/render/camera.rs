@@ -238,6 +238,13 @@ impl View {
         )
     }
 
+    /// The point of the plane (mm) that appears at `place` (px).
+    pub fn plane(&self, place: DVec2) -> DVec2 {
+        let ray = self.camera.ray(place.x, place.y);
+        // origin + x e1 + y e2 = depth ray.
+        (DMat3::from_cols(self.e1, self.e2, -ray).inverse() * -self.origin).truncate()
+    }
+
     /// Where `p` (mm) would appear without lens distortion, px.
     pub fn undistorted(&self, p: DVec2) -> DVec2 {
         let point = self.point(p);

@@ -23,7 +23,8 @@ use std::path::{Path, PathBuf};
 ///
 /// The truth, OUT.json, gives for each target the true centre x, y (px, pixel centres at integers), and for
 /// each of its outlines, outermost first, the exact ellipse x, y, a, b (px), theta (radians), without lens
-/// distortion.
+/// distortion, the share of its circumference that is hidden, and the arcs that are seen (degrees, as seen
+/// from the ellipse's centre, from +x towards +y).
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
     /// Picture to write, .png or .pgm; - writes a PGM to standard output (and no truth)
@@ -146,6 +147,7 @@ fn scene(args: &Args, step: Step) -> Result<Scene> {
             Some(Texture { amplitude: options.texture, scale: CLOUDS, seed: args.seed.wrapping_add(2) });
     }
     scene.scatter(options.decoys as usize, args.seed.wrapping_add(1))?;
+    options.occlude.iter().for_each(|occlude| occlude.apply(&mut scene));
     let (middle, span) = light(args, &scene);
     scene.photometry = args.photometry.photometry(step.blur, step.noise, middle, span);
     scene.validate()?;
@@ -244,6 +246,10 @@ mod tests {
             ("--blur 0.01", "must be 0, or 0.02 to 50"),
             ("--distance 800:20:3 --tilt 80", "reaches behind the camera"),
             ("--distance 0.1 --tilt 0", "at most 16384 px"),
+            ("--occlude wedge:1,0,0", "occluder 0: share 1: must be above 0 and below 1"),
+            ("--occlude disc:9,9,0,0", "radius 0 px: must be 0.1"),
+            ("--occlude strip:9,9,3,0,2", "tone 2: must be 0 (black) to 1 (white)"),
+            ("--occlude glare:1,2,3", "must be one of wedge:SHARE,DEG,TONE; strip"),
             ("--tilt 0:80:200 --blur 0:2:200", "40000 frames"),
         ] {
             let error = execute(&out, options).unwrap_err();

@@ -1,6 +1,7 @@
 //! Options of the `render` command.
 
 use super::camera::{Camera, Distortion};
+use super::occlude::{self, Occlude};
 use super::photometry::{Photometry, Shading};
 use super::sweep::{Sweep, pair, sweep, within};
 use super::target::{Artwork, Mark, Style, Tone};
@@ -128,6 +129,13 @@ pub struct TargetOptions {
     /// Cloudy background of this strength, as a part of the contrast
     #[arg(long, value_name = "PART", default_value = "0", value_parser = within(0.0, 1.0))]
     pub texture: f64,
+    /// Something over the targets; may be given many times. A wedge hides a part of every circle of every target,
+    /// its middle in this direction in the image. Places and sizes in px, tones 0 (black) to 1 (white), a
+    /// glare's strength in units of white minus black: wedge:SHARE,DEG,TONE
+    /// strip:X,Y,WIDTH,DEG,TONE scratch:X,Y,WIDTH,LENGTH,DEG,TONE disc:X,Y,RADIUS,TONE
+    /// glare:X,Y,RADIUS,STRENGTH
+    #[arg(long, value_name = "KIND:VALUES", value_parser = occlude::parse)]
+    pub occlude: Vec<Occlude>,
 }
 
 impl TargetOptions {

@@ -2,12 +2,14 @@
 
 use super::camera::{Camera, Pose};
 use super::decoy::{Decoy, DecoyKind};
+use super::occluder::{Cover, Occluder};
 use super::photometry::Photometry;
 use super::raster::Coverage;
 use super::target::{Artwork, Target, Tone};
 use super::texture::{Clouds, Texture};
 use super::truth::{TargetTruth, Truth};
 use anyhow::{Context, Result, ensure};
+use glam::DVec2;
 
 /// Everything that makes a picture. The fields may be changed freely before rendering.
 #[derive(Clone, Debug)]
@@ -22,6 +24,8 @@ pub struct Scene {
     pub decoys: Vec<Decoy>,
     /// Cloudy background; a square round each target is kept free.
     pub texture: Option<Texture>,
+    /// What lies over all of that, in the order in which it is laid.
+    pub occluders: Vec<Occluder>,
     /// Blur, light and sensor.
     pub photometry: Photometry,
 }
@@ -62,6 +66,7 @@ impl Scene {
             targets: Vec::new(),
             decoys: Vec::new(),
             texture: None,
+            occluders: Vec::new(),
             photometry: Photometry::default(),
         }
     }
@@ -90,6 +95,12 @@ impl Scene {
         scene
     }
 
+    /// Hides a `share` of every circle of target `target` under a wedge whose middle lies in `direction` (degrees, in the
+    /// image from +x towards +y); `tone` is its reflectance.
+    pub fn hide(&mut self, target: usize, share: f64, direction: f64, tone: f64) {
+        self.occluders.push(Occluder { cover: Cover::Wedge { target, share, direction }, tone });
+    }
+
     /// # Errors
     /// When a value is out of its range, or a target cannot be seen by the camera; says which and what is
     /// allowed.
@@ -102,6 +113,9 @@ impl Scene {
         for (i, decoy) in self.decoys.iter().enumerate() {
             let finite = [decoy.x, decoy.y, decoy.angle].iter().all(|v| v.is_finite());
             ensure!(finite && (0.1..=1e4).contains(&decoy.size), "decoy {i}: size must be 0.1 to 10000 px");
+        }
+        for (i, occluder) in self.occluders.iter().enumerate() {
+            occluder.validate(&self.targets).with_context(|| format!("occluder {i}"))?;
         }
         if let Some(Texture { amplitude, scale, .. }) = self.texture {
             ensure!((0.0..=1.0).contains(&amplitude), "texture {amplitude}: must be 0 to 1");
@@ -134,6 +148,9 @@ impl Scene {
                 field.paint(Coverage::new(&outline, &view, field.sigma), |_, _| change);
             }
         }
+        for occluder in &self.occluders {
+            field.cover(occluder, self);
+        }
         let mut values = field.values;
         self.photometry.expose(&mut values, width);
         Levels { width, height, values }
@@ -156,9 +173,10 @@ impl Scene {
             seed,
             camera: self.camera,
             photometry: self.photometry,
-            targets: self.targets.iter().map(|target| TargetTruth::new(target, &self.camera)).collect(),
+            targets: self.targets.iter().map(|target| TargetTruth::new(target, self)).collect(),
             decoys: self.decoys.clone(),
             texture: self.texture,
+            occluders: self.occluders.clone(),
         }
     }
 
@@ -203,6 +221,24 @@ impl Field {
             coverage.for_each(|x, y, covered| {
                 self.values[y * self.width + x] += covered * change(x - x0, y - y0)
             });
+        }
+    }
+
+    /// Lays the occluder over what is painted so far.
+    fn cover(&mut self, occluder: &Occluder, scene: &Scene) {
+        let Some(view) = occluder.view(&scene.targets, &scene.camera) else { return };
+        if let Some(outline) = occluder.outline(&scene.targets, &scene.camera) {
+            if let Some(coverage) = Coverage::new(&outline, &view, self.sigma) {
+                coverage.for_each(|x, y, covered| {
+                    let value = &mut self.values[y * self.width + x];
+                    *value += covered * (occluder.tone - *value);
+                });
+            }
+        } else {
+            for (i, value) in self.values.iter_mut().enumerate() {
+                let place = DVec2::new((i % self.width) as f64, (i / self.width) as f64);
+                *value += occluder.light(view.plane(place));
+            }
         }
     }
 

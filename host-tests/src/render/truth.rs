@@ -2,21 +2,29 @@
 
 use super::camera::{Camera, Ellipse, View};
 use super::decoy::Decoy;
+use super::occluder::Occluder;
 use super::photometry::Photometry;
+use super::scene::Scene;
 use super::target::{Artwork, Target};
 use super::texture::Texture;
+use super::visible::Visible;
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// The image of one outline of a target, without lens distortion.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CircleTruth {
     /// Radius on the target, mm.
     pub radius_mm: f64,
     /// Its exact ellipse.
     #[serde(flatten)]
     pub ellipse: Ellipse,
+    /// Share of its circumference on the target that an occluder or the frame's border hides.
+    pub hidden: f64,
+    /// The arcs that are seen, each from one direction to another as seen from the ellipse's centre, without lens
+    /// distortion, from +x towards +y, degrees: the first from 0 to 360, the second beyond it by at most 360.
+    pub visible: Vec<[f64; 2]>,
 }
 
 /// A place in the image, px.
@@ -39,7 +47,7 @@ pub struct TargetTruth {
     pub undistorted: Place,
     /// All outlines, outermost first (two for a circle drawn as a line), without lens distortion.
     pub circles: Vec<CircleTruth>,
-    /// Whether the outermost outline lies inside the frame, at least 1 px from its border.
+    /// Whether the outermost outline lies inside the frame, at least 1 px from its border; it can be hidden all the same.
     pub complete: bool,
     /// Distance of the circles' centre from the camera's centre, mm.
     pub distance: f64,
@@ -52,13 +60,14 @@ pub struct TargetTruth {
 }
 
 impl TargetTruth {
-    /// The truth about `target`.
-    pub fn new(target: &Target, camera: &Camera) -> Self {
+    /// The truth about `target` in `scene`.
+    pub fn new(target: &Target, scene: &Scene) -> Self {
+        let camera = &scene.camera;
         let view: View = target.view(camera);
         let centre = target.centre();
         let seen = view.at(centre).0;
         let undistorted = view.undistorted(centre);
-        let circle = |radius_mm: f64| CircleTruth { radius_mm, ellipse: view.ellipse(centre, radius_mm) };
+        let circle = |radius: f64| Visible { scene, view, centre, radius }.truth();
         let inside = |position: f64, size: u32| (0.5..=f64::from(size) - 1.5).contains(&position);
         Self {
             x: seen.x,
@@ -96,6 +105,8 @@ pub struct Truth {
     pub decoys: Vec<Decoy>,
     /// Cloudy background.
     pub texture: Option<Texture>,
+    /// What lies over it.
+    pub occluders: Vec<Occluder>,
 }
 
 impl Truth {

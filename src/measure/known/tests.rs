@@ -81,6 +81,8 @@ impl Scene {
         Fitted {
             adjusted: adjustment.finish().unwrap(),
             dark_inside: ratio == 1.0,
+            partial: false,
+            cut: false,
             gap: 0,
             ratio: ratio as f32,
             measured_ratio: ratio as f32,

@@ -1,0 +1,98 @@
+//! Whether anything lies in the gap of an open ring.
+
+use super::Arc;
+use super::points::Point;
+use crate::fit::{Factor, Matrix};
+use crate::math;
+use crate::scan::{Crossing, CrossingList, Pool};
+
+/// Distance from both circles from which on a crossing is one of the ring's ends, px.
+const CLEAR: f32 = 1.0;
+/// Fewest crossings of the ends.
+const MIN_ENDS: u16 = 1;
+/// Largest difference of the gap's level from the paper's, as a share of the contrast, with which it is paper, ...
+const SAME: f32 = 0.05;
+/// ... with room for this many standard deviations of the levels.
+const SAME_SIGMAS: f32 = 3.0;
+
+/// Whether a ring that is open between `circles`, the outer and the inner one with their crossings, shows paper in its gap: then
+/// it is a letter C and no target with something over it. The ends of the ring are looked for in `rest`.
+pub(crate) fn shows_paper(
+    circles: [(&Arc, CrossingList); 2],
+    rest: CrossingList,
+    pool: &Pool<'_>,
+    origin: (u16, u16),
+) -> bool {
+    let [(outer, _), (inner, _)] = circles;
+    let scale = 1.0 / outer.shape.semi_axes().0;
+    let place = |point: &Point| [1.0, (point.x - outer.shape.cx) * scale, (point.y - outer.shape.cy) * scale];
+    let mut normals = Normals::default();
+    for crossing in circles.iter().flat_map(|(_, list)| pool.iter(*list)) {
+        normals.add(place(&Point::new(crossing, origin)), levels(crossing));
+    }
+    let Some(Paper { light, contrast, noise }) = normals.solve() else { return false };
+    let (mut sum, mut ends) = (0.0, 0u16);
+    for crossing in pool.iter(rest) {
+        let point = Point::new(crossing, origin);
+        let beside = |arc: &Arc| arc.shape.distance(point.x, point.y).unwrap_or(f32::NEG_INFINITY);
+        if beside(outer) < -CLEAR && beside(inner) > CLEAR {
+            let expected = place(&point).iter().zip(light).fold(0.0, |sum, (x, l)| sum + x * l);
+            sum += levels(crossing).1 - expected;
+            ends += 1;
+        }
+    }
+    let limit = SAME * contrast + SAME_SIGMAS * noise / math::sqrt(f32::from(ends));
+    ends >= MIN_ENDS && sum.abs() < limit * f32::from(ends)
+}
+
+/// Dark and light level beside a crossing.
+fn levels(crossing: &Crossing) -> (f32, f32) {
+    let [before, after] = crossing.far().map(|stretch| stretch.mean().1);
+    let [n0, n1, n2, n3] = crossing.near.map(u16::from);
+    if n2 + n3 > n0 + n1 { (before, after) } else { (after, before) }
+}
+
+/// Normal equations of the plane of the light levels.
+#[derive(Default)]
+struct Normals {
+    m: Matrix<3>,
+    right: [f32; 3],
+    dark: f32,
+    light: f32,
+    squares: f32,
+    count: f32,
+}
+
+/// The light side of a ring.
+struct Paper {
+    /// Plane of the levels.
+    light: [f32; 3],
+    /// Mean difference from the dark side.
+    contrast: f32,
+    /// Standard deviation about the plane.
+    noise: f32,
+}
+
+impl Normals {
+    fn add(&mut self, terms: [f32; 3], (dark, light): (f32, f32)) {
+        for (row, a) in self.m.iter_mut().zip(terms) {
+            for (entry, b) in row.iter_mut().zip(terms) {
+                *entry += a * b;
+            }
+        }
+        for (right, term) in self.right.iter_mut().zip(terms) {
+            *right += term * light;
+        }
+        self.dark += dark;
+        self.light += light;
+        self.squares += light * light;
+        self.count += 1.0;
+    }
+
+    fn solve(&self) -> Option<Paper> {
+        let light = Factor::new(&self.m)?.solve(self.right);
+        let left = light.iter().zip(self.right).fold(self.squares, |left, (l, right)| left - l * right);
+        let noise = math::sqrt(left / self.count);
+        Some(Paper { light, contrast: (self.light - self.dark) / self.count, noise })
+    }
+}

@@ -1,0 +1,141 @@
+//! Which closed outlines can be circles of a target, and which of them belong together.
+//!
+//! Inner outlines close before the ones around them. A closed outline that is an ellipse waits, at the head of the chain
+//! of concentric ones inside it, until nothing that is still open can close around it.
+
+//!
+//! 1. [`Waiting`]: the chains, and what closes around or inside them.
+//! 2. [`broken`]: outlines that are no ellipse, but of which arcs of one are left.
+
+mod broken;
+mod waiting;
+
+pub(crate) use waiting::Waiting;
+
+use crate::arcs::{Arc, expected_crossings};
+use crate::fit::Shape;
+use crate::reject::Reject;
+use crate::scan::{Moments, Outline, Scanner};
+use crate::settings::limits;
+
+/// The pixel about which an outline is calculated: the middle of its bounding box.
+pub(crate) fn origin(outline: &Outline) -> (u16, u16) {
+    (outline.left.midpoint(outline.right), outline.top.midpoint(outline.bottom))
+}
+
+/// The ellipse with the outline's moments, about [`origin`].
+pub(crate) fn shape(outline: &Outline) -> Result<Shape, Reject> {
+    if outline.partial {
+        return moments_shape(outline);
+    }
+    if outline.cut {
+        return Err(Reject::CutByFrame);
+    }
+    if outline.width().min(outline.height()) < limits::MIN_EXTENT {
+        return Err(Reject::TooSmall);
+    }
+    if outline.lossy {
+        return Err(Reject::BufferFull);
+    }
+    let shape = moments_shape(outline)?;
+    let (a, b) = shape.semi_axes();
+    let excess = (outline.moments.area.abs() as f32 / (core::f32::consts::PI * a * b) - 1.0).abs();
+    if !(excess <= limits::AREA_TOLERANCE + limits::AREA_TOLERANCE_GRID / b) {
+        return Err(Reject::NotElliptic);
+    }
+    // Far fewer crossings than a circle has: its border is the threshold's, not an edge.
+    if f32::from(outline.crossings.len()) < 0.5 * expected_crossings(a, b) {
+        return Err(Reject::LowContrast);
+    }
+    Ok(shape)
+}
+
+/// The ellipse of any outline's moments, about [`origin`].
+fn moments_shape(outline: &Outline) -> Result<Shape, Reject> {
+    let (ox, oy) = origin(outline);
+    let (ox, oy) = (i64::from(ox), i64::from(oy));
+    let m = &outline.moments;
+    let area = m.area as f32;
+    let mean = |sum: i64| sum as f32 / area;
+    let (cx, cy) = (mean(m.x - ox * m.area), mean(m.y - oy * m.area));
+    // A pixel is a square: 1/12 px^2 of its own.
+    let mxx = mean(m.xx - 2 * ox * m.x + ox * ox * m.area) - cx * cx + 1.0 / 12.0;
+    let myy = mean(m.yy - 2 * oy * m.y + oy * oy * m.area) - cy * cy + 1.0 / 12.0;
+    let mxy = mean(m.xy - ox * m.y - oy * m.x + ox * oy * m.area) - cx * cy;
+    Shape::from_moments(cx, cy, mxx, mxy, myy).ok_or(Reject::NotElliptic)
+}
+
+/// Makes the outline that of `arc` about `about`: from here on it counts as a whole ellipse.
+fn set_arc(outline: &mut Outline, arc: &Arc, about: (u16, u16)) {
+    let Arc { shape, dark_inside } = arc;
+    let (half_x, half_y) = shape.extent();
+    let place =
+        |origin: u16, offset: f32| (f32::from(origin) + offset).clamp(0.0, f32::from(u16::MAX)) as u16;
+    (outline.left, outline.right) =
+        (place(about.0, shape.cx - half_x), place(about.0, shape.cx + half_x + 1.0));
+    (outline.top, outline.bottom) = (place(about.1, shape.cy - half_y), place(about.1, shape.cy + half_y));
+    outline.moments = Moments::of_ellipse(&shape, about, *dark_inside);
+    outline.partial = true;
+}
+
+/// Whether `inner` can be a concentric circle inside `outline`, in a frame of this width.
+fn concentric(outline: &Outline, shape: &Shape, inner: &Outline, width: u16) -> bool {
+    let partial = outline.partial || inner.partial;
+    let inside = outline.surrounds(inner) && inner.bottom <= outline.bottom;
+    if !partial && !inside {
+        return false;
+    }
+    let (ox, oy) = origin(outline);
+    let area = inner.moments.area as f32;
+    let from = |sum: i64, origin: u16| (sum - i64::from(origin) * inner.moments.area) as f32 / area;
+    let (dx, dy) = (from(inner.moments.x, ox) - shape.cx, from(inner.moments.y, oy) - shape.cy);
+    let area_ratio = (area / outline.moments.area as f32).abs();
+    let grid = if partial { limits::ARC_CENTRE } else { limits::GRID_CENTRE };
+    let limit = Offset { width, grid }.limit(shape.semi_axes(), area_ratio);
+    area_ratio < 1.0 && shape.square(dx, dy) <= limit * limit
+}
+
+/// How far apart the ellipse centres of concentric circles can be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Offset {
+    /// Width of the frame, px.
+    pub width: u16,
+    /// Uncertainty of the centres, px.
+    pub grid: f32,
+}
+
+impl Offset {
+    /// Largest distance in units of the outer ellipse with semi-axes `a`, `b`: B1 - B2 is sqrt(t) (1 - ratio^2) of it.
+    pub fn limit(&self, (a, b): (f32, f32), area_ratio: f32) -> f32 {
+        let focal_length = limits::MIN_FOCAL_LENGTH * f32::from(self.width);
+        (a / focal_length).min(limits::MAX_PERSPECTIVE) * (1.0 - area_ratio) + self.grid / b
+    }
+}
+
+/// Number of rows after which none of the open outlines can close around `inner` and be concentric with it.
+fn ready_row(inner: &Outline, scanner: &Scanner<'_>) -> u16 {
+    let middle = |first: u16, last: u16| i32::from(first) + i32::from(last);
+    let (cx, cy) = (middle(inner.left, inner.right), middle(inner.top, inner.bottom));
+    // What is left of a broken outline may close beside it until then.
+    let mut ready = if inner.partial { i32::from(inner.bottom) + 4 } else { 0 };
+    for transition in scanner.last_transitions() {
+        let Some(outline) = scanner.outlines.get(transition.label) else { continue };
+        let width = i32::from(outline.width());
+        let aside = (middle(outline.left, outline.right) - cx).abs();
+        if outline.lossy
+            || !outline.is_around(inner)
+            || width > limits::MAX_GROWTH * i32::from(inner.width())
+            || aside > width / 2
+        {
+            continue;
+        }
+        // Seen so far from its top; its bottom is about as far below the centre.
+        let top = i32::from(outline.top);
+        let bottom = cy - top;
+        let slack = (bottom - top) / 8 + 4;
+        if bottom - slack < i32::from(scanner.height()) {
+            ready = ready.max(bottom + slack);
+        }
+    }
+    ready.clamp(0, i32::from(u16::MAX)) as u16
+}

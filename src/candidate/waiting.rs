@@ -1,0 +1,166 @@
+//! Closed outlines that wait until nothing can close around them any more.
+
+use super::{broken, concentric, ready_row, shape};
+use crate::reject::Reject;
+use crate::scan::{NONE, Outline, Outlines, Scanner};
+use crate::settings::limits;
+
+/// Outlines that wait for one around them: a list through [`Outline::next`]. Each is the head of a chain of concentric ones
+/// through [`Outline::inner`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Waiting {
+    head: u16,
+    /// Searches for arcs that are left in this frame.
+    searches: u16,
+}
+
+impl Waiting {
+    pub const EMPTY: Self = Self { head: NONE, searches: limits::MAX_SEARCHES };
+
+    /// Takes a closed outline. An error is the reason why it is none of a target; its slot is then still in use.
+    pub fn add(&mut self, label: u16, scanner: &mut Scanner<'_>) -> Result<(), Reject> {
+        let outline = *scanner.outlines.get(label).ok_or(Reject::BufferFull)?;
+        let shape = shape(&outline);
+        let whole = shape.is_ok_and(|shape| !broken::is_bent(&outline, &shape, &scanner.pool));
+        if !whole && self.search(label, &outline, shape.err(), scanner) {
+            return Ok(());
+        }
+        // One that is bent without an arc of another ellipse stays what it is.
+        shape.map(|_| self.insert(label, scanner))
+    }
+
+    /// Takes the arcs of an outline that is no ellipse for `cause`. `false` if there are none or none may be looked for.
+    fn search(
+        &mut self,
+        label: u16,
+        outline: &Outline,
+        cause: Option<Reject>,
+        scanner: &mut Scanner<'_>,
+    ) -> bool {
+        if self.searches == 0 || !broken::is_worth_a_search(outline, cause.unwrap_or(Reject::NotElliptic)) {
+            return false;
+        }
+        self.searches -= 1;
+        broken::add(label, self, scanner)
+    }
+
+    /// Takes an outline that is an ellipse, with what is concentric inside it.
+    pub(super) fn insert(&mut self, label: u16, scanner: &mut Scanner<'_>) {
+        let Some(outline) = scanner.outlines.get(label).copied() else { return };
+        let Ok(shape) = shape(&outline) else { return };
+        let width = scanner.width();
+        let inner =
+            self.take_inner(|inner| concentric(&outline, &shape, inner, width), &mut scanner.outlines);
+        if outline.partial && inner == NONE && self.insert_inside(label, scanner) {
+            return;
+        }
+        let ready = ready_row(&outline, scanner);
+        if let Some(outline) = scanner.outlines.get_mut(label) {
+            (outline.inner, outline.ready, outline.next) = (inner, ready, self.head);
+            self.head = label;
+        }
+    }
+
+    /// Puts an arc, which can be found after what is around it, into a chain. `false` if it does not belong to any.
+    fn insert_inside(&self, label: u16, scanner: &mut Scanner<'_>) -> bool {
+        let (width, outlines) = (scanner.width(), &mut scanner.outlines);
+        let Some(new) = outlines.get(label).copied() else { return false };
+        let around = |head: &Outline| shape(head).is_ok_and(|shape| concentric(head, &shape, &new, width));
+        let Some(mut before) = self.labels(outlines).find(|&head| outlines.get(head).is_some_and(around))
+        else {
+            return false;
+        };
+        let larger = |outline: &&Outline| outline.moments.area.abs() > new.moments.area.abs();
+        while let Some(inner) = outlines.get(before).map(|outline| outline.inner)
+            && outlines.get(inner).filter(larger).is_some()
+        {
+            before = inner;
+        }
+        let Some(before) = outlines.get_mut(before) else { return false };
+        let inner = core::mem::replace(&mut before.inner, label);
+        if let Some(new) = outlines.get_mut(label) {
+            new.inner = inner;
+        }
+        true
+    }
+
+    /// The heads of the chains.
+    pub(super) fn labels<'o>(&self, outlines: &'o Outlines<'_>) -> impl Iterator<Item = u16> + use<'o> {
+        let mut at = self.head;
+        core::iter::from_fn(move || {
+            let label = at;
+            at = outlines.get(label)?.next;
+            Some(label)
+        })
+    }
+
+    /// All outlines of the chains.
+    pub(super) fn members<'o>(&self, outlines: &'o Outlines<'_>) -> impl Iterator<Item = u16> + use<'o> {
+        self.labels(outlines).flat_map(move |head| {
+            let mut at = head;
+            core::iter::from_fn(move || {
+                let label = at;
+                at = outlines.get(label)?.inner;
+                Some(label)
+            })
+        })
+    }
+
+    /// The head of a chain that nothing can close around any more after `rows` rows. Where it lacks a circle around it, of
+    /// the polarity `dark`, that is looked for in outlines that are still open.
+    pub fn take_ready(&mut self, rows: u16, dark: bool, scanner: &mut Scanner<'_>) -> Option<u16> {
+        loop {
+            let head = self.take(&mut scanner.outlines, |_, outline| outline.ready <= rows)?;
+            let outline = *scanner.outlines.get(head)?;
+            let complete = outline.inner != NONE && (outline.moments.area > 0) == dark;
+            if complete || self.searches == 0 {
+                return Some(head);
+            }
+            match broken::find_around(head, rows, scanner) {
+                broken::Around::Nothing => return Some(head),
+                broken::Around::Found(outer) => {
+                    self.put_back(head, rows, scanner);
+                    self.insert(outer, scanner);
+                }
+                broken::Around::Later(ready) => self.put_back(head, ready, scanner),
+            }
+            self.searches -= 1;
+        }
+    }
+
+    /// Puts the head of a chain back into the list until `ready` rows.
+    fn put_back(&mut self, head: u16, ready: u16, scanner: &mut Scanner<'_>) {
+        if let Some(outline) = scanner.outlines.get_mut(head) {
+            (outline.ready, outline.next) = (ready, self.head);
+            self.head = head;
+        }
+    }
+
+    /// Takes the largest waiting outline that is `concentric`.
+    fn take_inner(&mut self, concentric: impl Fn(&Outline) -> bool, outlines: &mut Outlines<'_>) -> u16 {
+        let (mut at, mut best, mut area) = (self.head, NONE, 0);
+        while let Some(inner) = outlines.get(at) {
+            if inner.moments.area.abs() > area && concentric(inner) {
+                (best, area) = (at, inner.moments.area.abs());
+            }
+            at = inner.next;
+        }
+        self.take(outlines, |label, _| label == best).unwrap_or(NONE)
+    }
+
+    /// Takes the first outline out of the list for which `wanted` holds.
+    fn take(&mut self, outlines: &mut Outlines<'_>, wanted: impl Fn(u16, &Outline) -> bool) -> Option<u16> {
+        let (mut before, mut at) = (NONE, self.head);
+        while let Some(outline) = outlines.get(at).copied() {
+            if wanted(at, &outline) {
+                match outlines.get_mut(before) {
+                    Some(before) => before.next = outline.next,
+                    None => self.head = outline.next,
+                }
+                return Some(at);
+            }
+            (before, at) = (at, outline.next);
+        }
+        None
+    }
+}

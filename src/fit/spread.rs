@@ -1,0 +1,74 @@
+//! A standard deviation that outliers hardly move.
+
+use crate::math;
+
+/// Squares are told apart to half an octave, so the deviation to a quarter, from 2^-20 ...
+const LOWEST: u32 = (127 - 20) << 1;
+/// ... to 2^16.
+const BINS: usize = 2 * 36;
+/// Bits of an f32 below the first of its mantissa.
+const BELOW: u32 = 22;
+/// Square of the standard deviation over the median of the squares, for a normal distribution.
+const TO_VARIANCE: f32 = 2.198;
+
+/// Residuals, for the median of their squares.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread {
+    bins: [u16; BINS],
+    count: u32,
+}
+
+impl Default for Spread {
+    fn default() -> Self {
+        Self { bins: [0; BINS], count: 0 }
+    }
+}
+
+impl Spread {
+    /// Adds the square of a residual.
+    pub fn add(&mut self, square: f32) {
+        let bin = (square.to_bits() >> BELOW).saturating_sub(LOWEST) as usize;
+        if let Some(bin) = self.bins.get_mut(bin.min(BINS - 1)) {
+            *bin = bin.saturating_add(1);
+        }
+        self.count += 1;
+    }
+
+    /// Standard deviation from the upper end of the bin with the median: up to 20 % too large. The smallest is 1.7e-3, that of no
+    /// residuals infinite.
+    pub fn sigma(&self) -> f32 {
+        if self.count == 0 {
+            return f32::INFINITY;
+        }
+        let mut below = 0;
+        let lower_half = |&&count: &&u16| {
+            below += u32::from(count);
+            2 * below < self.count
+        };
+        let bin = self.bins.iter().take_while(lower_half).count() as u32;
+        math::sqrt(TO_VARIANCE * f32::from_bits((bin + 1 + LOWEST) << BELOW))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_third_of_outliers_does_not_move_it() {
+        for sigma in [0.004f32, 0.02, 1.0, 30.0] {
+            let mut spread = Spread::default();
+            for i in 0..999 {
+                // Quantiles of the normal distribution, roughly, by the logistic one.
+                let share = (i as f32 + 0.5) / 999.0;
+                let residual = 0.614 * sigma * libm::logf(share / (1.0 - share));
+                spread.add(residual * residual);
+            }
+            let clean = spread.sigma();
+            assert!((0.95..1.35).contains(&(clean / sigma)), "{clean} for {sigma}");
+            (0..500).for_each(|_| spread.add(2500.0 * sigma * sigma));
+            assert!((1.0..2.0).contains(&(spread.sigma() / clean)), "{}", spread.sigma());
+        }
+        assert_eq!(Spread::default().sigma(), f32::INFINITY);
+    }
+}
