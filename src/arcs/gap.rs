@@ -1,8 +1,8 @@
 //! Whether anything lies in the gap of an open ring.
 
-use super::Arc;
 use super::points::Point;
-use crate::fit::{Factor, Matrix};
+use super::{Arc, expected_crossings};
+use crate::fit::{Factor, Matrix, Spread};
 use crate::math;
 use crate::scan::{Crossing, CrossingList, Pool};
 
@@ -24,24 +24,40 @@ pub(crate) fn shows_paper(
     origin: (u16, u16),
 ) -> bool {
     let [(outer, _), (inner, _)] = circles;
+    let half_seen = |(arc, list): &(&Arc, CrossingList)| {
+        let (a, b) = arc.shape.semi_axes();
+        f32::from(list.len()) > 0.5 * expected_crossings(a, b)
+    };
+    if !circles.iter().all(half_seen) {
+        return false;
+    }
     let scale = 1.0 / outer.shape.semi_axes().0;
     let place = |point: &Point| [1.0, (point.x - outer.shape.cx) * scale, (point.y - outer.shape.cy) * scale];
     let mut normals = Normals::default();
     for crossing in circles.iter().flat_map(|(_, list)| pool.iter(*list)) {
         normals.add(place(&Point::new(crossing, origin)), levels(crossing));
     }
-    let Some(Paper { light, contrast, noise }) = normals.solve() else { return false };
+    let Some((light, contrast)) = normals.solve() else { return false };
+    let excess = |crossing: &Crossing| {
+        let expected =
+            place(&Point::new(crossing, origin)).iter().zip(light).fold(0.0, |sum, (x, l)| sum + x * l);
+        levels(crossing).1 - expected
+    };
+    let mut spread = Spread::default();
+    for crossing in circles.iter().flat_map(|(_, list)| pool.iter(*list)) {
+        let excess = excess(crossing);
+        spread.add(excess * excess);
+    }
     let (mut sum, mut ends) = (0.0, 0u16);
     for crossing in pool.iter(rest) {
         let point = Point::new(crossing, origin);
         let beside = |arc: &Arc| arc.shape.distance(point.x, point.y).unwrap_or(f32::NEG_INFINITY);
         if beside(outer) < -CLEAR && beside(inner) > CLEAR {
-            let expected = place(&point).iter().zip(light).fold(0.0, |sum, (x, l)| sum + x * l);
-            sum += levels(crossing).1 - expected;
+            sum += excess(crossing);
             ends += 1;
         }
     }
-    let limit = SAME * contrast + SAME_SIGMAS * noise / math::sqrt(f32::from(ends));
+    let limit = SAME * contrast + SAME_SIGMAS * spread.sigma() / math::sqrt(f32::from(ends));
     ends >= MIN_ENDS && sum.abs() < limit * f32::from(ends)
 }
 
@@ -59,18 +75,7 @@ struct Normals {
     right: [f32; 3],
     dark: f32,
     light: f32,
-    squares: f32,
     count: f32,
-}
-
-/// The light side of a ring.
-struct Paper {
-    /// Plane of the levels.
-    light: [f32; 3],
-    /// Mean difference from the dark side.
-    contrast: f32,
-    /// Standard deviation about the plane.
-    noise: f32,
 }
 
 impl Normals {
@@ -85,14 +90,12 @@ impl Normals {
         }
         self.dark += dark;
         self.light += light;
-        self.squares += light * light;
         self.count += 1.0;
     }
 
-    fn solve(&self) -> Option<Paper> {
-        let light = Factor::new(&self.m)?.solve(self.right);
-        let left = light.iter().zip(self.right).fold(self.squares, |left, (l, right)| left - l * right);
-        let noise = math::sqrt(left / self.count);
-        Some(Paper { light, contrast: (self.light - self.dark) / self.count, noise })
+    /// The plane of the light levels, and the mean contrast.
+    fn solve(&self) -> Option<([f32; 3], f32)> {
+        let plane = Factor::new(&self.m)?.solve(self.right);
+        Some((plane, (self.light - self.dark) / self.count))
     }
 }
