@@ -3,13 +3,12 @@
 use super::points::Point;
 use super::{Arc, expected_crossings};
 use crate::fit::{Factor, Matrix, Spread};
-use crate::math;
 use crate::scan::{Crossing, CrossingList, Pool};
 
 /// Distance from both circles from which on a crossing is one of the ring's ends, px.
 const CLEAR: f32 = 1.0;
-/// Fewest crossings of the ends.
-const MIN_ENDS: u16 = 1;
+/// Share of the crossings of the ends that must agree: near the circles the levels are not those of the gap.
+const MOST: f32 = 0.6;
 /// Largest difference of the gap's level from the paper's, as a share of the contrast, with which it is paper, ...
 const SAME: f32 = 0.05;
 /// ... with room for this many standard deviations of the levels.
@@ -48,17 +47,17 @@ pub(crate) fn shows_paper(
         let excess = excess(crossing);
         spread.add(excess * excess);
     }
-    let (mut sum, mut ends) = (0.0, 0u16);
+    let limit = SAME * contrast + SAME_SIGMAS * spread.sigma();
+    let (mut paper, mut ends) = (0u16, 0u16);
     for crossing in pool.iter(rest) {
         let point = Point::new(crossing, origin);
         let beside = |arc: &Arc| arc.shape.distance(point.x, point.y).unwrap_or(f32::NEG_INFINITY);
         if beside(outer) < -CLEAR && beside(inner) > CLEAR {
-            sum += excess(crossing);
+            paper += u16::from(excess(crossing).abs() < limit);
             ends += 1;
         }
     }
-    let limit = SAME * contrast + SAME_SIGMAS * spread.sigma() / math::sqrt(f32::from(ends));
-    ends >= MIN_ENDS && sum.abs() < limit * f32::from(ends)
+    ends > 0 && f32::from(paper) >= MOST * f32::from(ends)
 }
 
 /// Dark and light level beside a crossing.
