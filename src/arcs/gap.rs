@@ -7,6 +7,9 @@ use crate::scan::{Crossing, CrossingList, Pool};
 
 /// Distance from both circles from which on a crossing is one of the ring's ends, px.
 const CLEAR: f32 = 1.0;
+/// Passes over the levels of the paper, and how far from it a level may be in the next, in standard deviations.
+const PASSES: usize = 4;
+const NEAREST: f32 = 1.5;
 /// Share of the crossings of the ends that must agree: near the circles the levels are not those of the gap.
 const MOST: f32 = 0.6;
 /// Largest difference of the gap's level from the paper's, as a share of the contrast, with which it is paper, ...
@@ -31,33 +34,23 @@ pub(crate) fn shows_paper(
         return false;
     }
     let scale = 1.0 / outer.shape.semi_axes().0;
-    let place = |point: &Point| [1.0, (point.x - outer.shape.cx) * scale, (point.y - outer.shape.cy) * scale];
-    let mut normals = Normals::default();
-    for crossing in circles.iter().flat_map(|(_, list)| pool.iter(*list)) {
-        normals.add(place(&Point::new(crossing, origin)), levels(crossing));
-    }
-    let Some((light, contrast)) = normals.solve() else { return false };
-    let excess = |crossing: &Crossing| {
-        let expected =
-            place(&Point::new(crossing, origin)).iter().zip(light).fold(0.0, |sum, (x, l)| sum + x * l);
-        levels(crossing).1 - expected
+    let place = |crossing: &Crossing| {
+        let point = Point::new(crossing, origin);
+        [1.0, (point.x - outer.shape.cx) * scale, (point.y - outer.shape.cy) * scale]
     };
-    let mut spread = Spread::default();
-    for crossing in circles.iter().flat_map(|(_, list)| pool.iter(*list)) {
-        let excess = excess(crossing);
-        spread.add(excess * excess);
-    }
-    let limit = SAME * contrast + SAME_SIGMAS * spread.sigma();
-    let (mut paper, mut ends) = (0u16, 0u16);
+    let crossings = || circles.iter().flat_map(|(_, list)| pool.iter(*list));
+    let Some(paper) = Paper::of(crossings, place) else { return false };
+    let limit = SAME * paper.contrast + SAME_SIGMAS * paper.sigma;
+    let (mut agree, mut ends) = (0u16, 0u16);
     for crossing in pool.iter(rest) {
         let point = Point::new(crossing, origin);
         let beside = |arc: &Arc| arc.shape.distance(point.x, point.y).unwrap_or(f32::NEG_INFINITY);
         if beside(outer) < -CLEAR && beside(inner) > CLEAR {
-            paper += u16::from(excess(crossing).abs() < limit);
+            agree += u16::from(paper.excess(place(crossing), crossing).abs() < limit);
             ends += 1;
         }
     }
-    ends > 0 && f32::from(paper) >= MOST * f32::from(ends)
+    ends > 0 && f32::from(agree) >= MOST * f32::from(ends)
 }
 
 /// Dark and light level beside a crossing.
@@ -65,6 +58,48 @@ fn levels(crossing: &Crossing) -> (f32, f32) {
     let [before, after] = crossing.far().map(|stretch| stretch.mean().1);
     let [n0, n1, n2, n3] = crossing.near.map(u16::from);
     if n2 + n3 > n0 + n1 { (before, after) } else { (after, before) }
+}
+
+/// The light side of a ring.
+struct Paper {
+    /// Plane of its levels.
+    plane: [f32; 3],
+    /// Mean difference from the dark side.
+    contrast: f32,
+    /// Standard deviation about the plane.
+    sigma: f32,
+}
+
+impl Paper {
+    /// The plane of most of the crossings: what lies over the target shows beside some of them.
+    fn of<'c, I: Iterator<Item = &'c Crossing>>(
+        crossings: impl Fn() -> I,
+        place: impl Fn(&Crossing) -> [f32; 3],
+    ) -> Option<Self> {
+        let mut paper = Self { plane: [0.0; 3], contrast: 0.0, sigma: f32::INFINITY };
+        for _ in 0..PASSES {
+            let mut normals = Normals::default();
+            for crossing in crossings() {
+                let place = place(crossing);
+                if paper.excess(place, crossing).abs() <= NEAREST * paper.sigma {
+                    normals.add(place, levels(crossing));
+                }
+            }
+            (paper.plane, paper.contrast) = normals.solve()?;
+            let mut spread = Spread::default();
+            for crossing in crossings() {
+                let excess = paper.excess(place(crossing), crossing);
+                spread.add(excess * excess);
+            }
+            paper.sigma = spread.sigma();
+        }
+        Some(paper)
+    }
+
+    /// Light level of a crossing above the plane.
+    fn excess(&self, place: [f32; 3], crossing: &Crossing) -> f32 {
+        levels(crossing).1 - place.iter().zip(self.plane).fold(0.0, |sum, (x, p)| sum + x * p)
+    }
 }
 
 /// Normal equations of the plane of the light levels.
