@@ -1,7 +1,7 @@
 //! One edge: its edge points to an ellipse.
 
 use super::origin::Origin;
-use super::sectors::{SectorLight, SectorSums, Sectors};
+use super::sectors::{PARTS, SectorLight, SectorSums, Sectors};
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Spread, Sums};
 use crate::math;
@@ -14,6 +14,8 @@ use heapless::Vec;
 /// Most steps of a fit; an undamaged ellipse needs one or two.
 const PASSES: usize = 6;
 
+/// Edge points of a whole circle for each px of its radius: one for each row or column that it passes less steeply than the other.
+const POINTS_PER_AXIS: f32 = 5.66;
 /// Distance from an ellipse, px, within which a point is one of its edge, though perhaps displaced.
 const NEAR: f32 = 0.25;
 
@@ -67,10 +69,15 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin, noise: f32) -> 
         step = adjust(step.adjusted.shape, points(), &gate)?;
     }
     let Step { adjusted, seen, .. } = step;
-    let (_, b) = adjusted.shape.semi_axes();
+    let (a, b) = adjusted.shape.semi_axes();
     let gap = seen.longest_gap();
     if gap > limits::MAX_GAP {
         return Err(Reject::OpenOutline);
+    }
+    // What the gap leaves must be seen, and mostly be of this ellipse.
+    let expected = POINTS_PER_AXIS * math::sqrt(a * b) * (PARTS - gap) as f32 / PARTS as f32;
+    if f32::from(adjusted.points) < limits::MIN_POINTS_SHARE * expected {
+        return Err(Reject::NotElliptic);
     }
     // Also refuses NaN.
     let share = if edge.partial { limits::PARTIAL_RMS } else { 1.0 };
