@@ -259,6 +259,8 @@ pub(crate) mod limits {
     pub const MIN_SEEN: u32 = 8;
     /// ... and where one concentric with it is known.
     pub const MIN_SEEN_AROUND: u32 = 5;
+    /// Smallest share of the edge points of an ellipse, as far as its longest gap leaves them, that must be there and on it.
+    pub const MIN_POINTS_SHARE: f32 = 0.5;
     /// Smallest semi-major axis of a broken outer circle, px: in a smaller one it cannot be seen whether the gap is one of the
     /// print.
     pub const MIN_PARTIAL_SEMI_AXIS: f32 = 8.0;

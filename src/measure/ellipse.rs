@@ -1,7 +1,7 @@
 //! One edge: its edge points to an ellipse.
 
 use super::origin::Origin;
-use super::sectors::{SectorLight, SectorSums, Sectors};
+use super::sectors::{PARTS, SectorLight, SectorSums, Sectors};
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Spread, Sums};
 use crate::math;
@@ -13,6 +13,11 @@ use heapless::Vec;
 
 /// Most steps of a fit; an undamaged ellipse needs one or two.
 const PASSES: usize = 6;
+
+/// Edge points of a whole circle for each px of its radius: one for each row or column that it passes less steeply than the other.
+const POINTS_PER_AXIS: f32 = 5.66;
+/// Distance from an ellipse, px, within which a point is one of its edge, though perhaps displaced.
+const NEAR: f32 = 0.25;
 
 /// An edge after its fit.
 #[derive(Clone, Copy, Debug)]
@@ -53,20 +58,26 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin, noise: f32) -> 
     let points = || places().filter_map(|point| origin.undistorted(point));
     let start = start(edge, places(), origin)?;
     let even = even_sectors(&start, crossings(), origin, noise).ok_or(Reject::NotElliptic)?;
-    let mut gate = Gate { limit: f32::INFINITY, sectors: even, even };
+    let mut gate = Gate { limit: f32::INFINITY, sectors: even.0, even };
     let mut step = adjust(start, points(), &gate)?;
     for _ in 1..PASSES {
-        gate = step.gate(even);
-        if step.farthest <= gate.limit && step.seen.0 & !gate.sectors == 0 {
+        let next = Gate { limit: limits::OUTLIER * step.sigma, sectors: step.near.without_ends(), even };
+        if step.farthest <= next.limit && gate.sectors & !next.sectors == 0 {
             break;
         }
+        gate = next;
         step = adjust(step.adjusted.shape, points(), &gate)?;
     }
     let Step { adjusted, seen, .. } = step;
-    let (_, b) = adjusted.shape.semi_axes();
+    let (a, b) = adjusted.shape.semi_axes();
     let gap = seen.longest_gap();
     if gap > limits::MAX_GAP {
         return Err(Reject::OpenOutline);
+    }
+    // What the gap leaves must be seen, and mostly be of this ellipse.
+    let expected = POINTS_PER_AXIS * math::sqrt(a * b) * (PARTS - gap) as f32 / PARTS as f32;
+    if f32::from(adjusted.points) < limits::MIN_POINTS_SHARE * expected {
+        return Err(Reject::NotElliptic);
     }
     // Also refuses NaN.
     let share = if edge.partial { limits::PARTIAL_RMS } else { 1.0 };
@@ -106,7 +117,7 @@ fn even_sectors<'c>(
     crossings: impl Iterator<Item = &'c Crossing>,
     origin: &Origin,
     noise: f32,
-) -> Option<u128> {
+) -> Option<Sectors> {
     let adjustment = Adjustment::new(*shape)?;
     let mut light = SectorLight::new(shape.semi_axes().1);
     for crossing in crossings {
@@ -123,43 +134,43 @@ fn even_sectors<'c>(
 struct Gate {
     /// Largest distance from the ellipse, px.
     limit: f32,
-    /// Sectors in which they may lie.
+    /// Sectors in which they may lie: not those beside gaps, where what hides the edge has a part in its profile.
     sectors: u128,
-    /// The same with those beside gaps.
-    even: u128,
+    /// The same with these.
+    even: Sectors,
 }
 
 /// An adjustment with what else the points tell.
 struct Step {
     adjusted: Adjusted,
-    /// Sectors in which there are points, whether or not these were used.
+    /// Sectors in which there are points within the limit, ...
     seen: Sectors,
+    /// ... and in which there are points of the edge, even if the ellipse before the step was off.
+    near: Sectors,
     /// Distance of the farthest point that was used from the ellipse before the step, px.
     farthest: f32,
     /// Robust standard deviation of the distances, px.
     sigma: f32,
 }
 
-impl Step {
-    /// What to use in the next step: no outliers, and no points beside a gap, where what hides the edge has a part in its
-    /// profile.
-    fn gate(&self, even: u128) -> Gate {
-        Gate { limit: limits::OUTLIER * self.sigma, sectors: self.seen.without_ends(), even }
-    }
-}
-
 /// One step from `shape` with the points that pass `gate`.
 fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -> Result<Step, Reject> {
     let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
-    let mut seen = Sectors::new(shape.semi_axes().1);
+    let none = Sectors::new(shape.semi_axes().1);
+    let (mut seen, mut near) = (none, none);
     let mut spread = Spread::default();
     let mut farthest = 0.0f32;
+    let farthest_near = gate.limit.max(NEAR);
     for (x, y) in points {
         let point = adjustment.view(x, y);
         let distance = point.square_distance();
+        if distance > farthest_near * farthest_near {
+            continue;
+        }
+        let sector = none.sector(point.u, point.v) & gate.even.0;
+        near.0 |= sector;
         if distance <= gate.limit * gate.limit {
-            let sector = seen.sector(point.u, point.v);
-            seen.0 |= sector & gate.even;
+            seen.0 |= sector;
             if gate.sectors & sector != 0 {
                 adjustment.add(&point);
                 farthest = farthest.max(distance);
@@ -168,7 +179,7 @@ fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -
         }
     }
     let adjusted = adjustment.finish().ok_or(Reject::NotElliptic)?;
-    Ok(Step { adjusted, seen, farthest: math::sqrt(farthest), sigma: spread.sigma() })
+    Ok(Step { adjusted, seen, near, farthest: math::sqrt(farthest), sigma: spread.sigma() })
 }
 
 /// Factor on the covariance because the residuals are not independent: how much the sums over sectors exceed what they would

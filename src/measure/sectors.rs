@@ -140,7 +140,7 @@ impl SectorLight {
     }
 
     /// The sectors whose mean is that of most, and that hardly other than none, for noise in units of the contrast.
-    pub fn even(&self, noise: f32) -> u128 {
+    pub fn even(&self, noise: f32) -> Sectors {
         let mean = |sum: i16, count: u8| f32::from(sum) / (256.0 * f32::from(count.max(1)));
         let filled =
             || self.sums.iter().filter(|(_, count)| *count > 0).map(|&(sum, count)| mean(sum, count));
@@ -162,7 +162,7 @@ impl SectorLight {
             }
             uneven = grown;
         }
-        filled & !uneven
+        Sectors(filled & !uneven, self.sectors.1)
     }
 }
 
