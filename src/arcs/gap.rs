@@ -1,15 +1,17 @@
 //! Whether anything lies in the gap of an open ring.
 
-use super::Arc;
 use super::points::Point;
-use crate::fit::{Factor, Matrix};
-use crate::math;
+use super::{Arc, expected_crossings};
+use crate::fit::{Factor, Matrix, Spread};
 use crate::scan::{Crossing, CrossingList, Pool};
 
 /// Distance from both circles from which on a crossing is one of the ring's ends, px.
 const CLEAR: f32 = 1.0;
-/// Fewest crossings of the ends.
-const MIN_ENDS: u16 = 1;
+/// Passes over the levels of the paper, and how far from it a level may be in the next, in standard deviations.
+const PASSES: usize = 4;
+const NEAREST: f32 = 1.5;
+/// Share of the crossings of the ends that must agree: near the circles the levels are not those of the gap.
+const MOST: f32 = 0.6;
 /// Largest difference of the gap's level from the paper's, as a share of the contrast, with which it is paper, ...
 const SAME: f32 = 0.05;
 /// ... with room for this many standard deviations of the levels.
@@ -24,25 +26,31 @@ pub(crate) fn shows_paper(
     origin: (u16, u16),
 ) -> bool {
     let [(outer, _), (inner, _)] = circles;
-    let scale = 1.0 / outer.shape.semi_axes().0;
-    let place = |point: &Point| [1.0, (point.x - outer.shape.cx) * scale, (point.y - outer.shape.cy) * scale];
-    let mut normals = Normals::default();
-    for crossing in circles.iter().flat_map(|(_, list)| pool.iter(*list)) {
-        normals.add(place(&Point::new(crossing, origin)), levels(crossing));
+    let half_seen = |(arc, list): &(&Arc, CrossingList)| {
+        let (a, b) = arc.shape.semi_axes();
+        f32::from(list.len()) > 0.5 * expected_crossings(a, b)
+    };
+    if !circles.iter().all(half_seen) {
+        return false;
     }
-    let Some(Paper { light, contrast, noise }) = normals.solve() else { return false };
-    let (mut sum, mut ends) = (0.0, 0u16);
+    let scale = 1.0 / outer.shape.semi_axes().0;
+    let place = |crossing: &Crossing| {
+        let point = Point::new(crossing, origin);
+        [1.0, (point.x - outer.shape.cx) * scale, (point.y - outer.shape.cy) * scale]
+    };
+    let crossings = || circles.iter().flat_map(|(_, list)| pool.iter(*list));
+    let Some(paper) = Paper::of(crossings, place) else { return false };
+    let limit = SAME * paper.contrast + SAME_SIGMAS * paper.sigma;
+    let (mut agree, mut ends) = (0u16, 0u16);
     for crossing in pool.iter(rest) {
         let point = Point::new(crossing, origin);
         let beside = |arc: &Arc| arc.shape.distance(point.x, point.y).unwrap_or(f32::NEG_INFINITY);
         if beside(outer) < -CLEAR && beside(inner) > CLEAR {
-            let expected = place(&point).iter().zip(light).fold(0.0, |sum, (x, l)| sum + x * l);
-            sum += levels(crossing).1 - expected;
+            agree += u16::from(paper.excess(place(crossing), crossing).abs() < limit);
             ends += 1;
         }
     }
-    let limit = SAME * contrast + SAME_SIGMAS * noise / math::sqrt(f32::from(ends));
-    ends >= MIN_ENDS && sum.abs() < limit * f32::from(ends)
+    ends > 0 && f32::from(agree) >= MOST * f32::from(ends)
 }
 
 /// Dark and light level beside a crossing.
@@ -52,6 +60,48 @@ fn levels(crossing: &Crossing) -> (f32, f32) {
     if n2 + n3 > n0 + n1 { (before, after) } else { (after, before) }
 }
 
+/// The light side of a ring.
+struct Paper {
+    /// Plane of its levels.
+    plane: [f32; 3],
+    /// Mean difference from the dark side.
+    contrast: f32,
+    /// Standard deviation about the plane.
+    sigma: f32,
+}
+
+impl Paper {
+    /// The plane of most of the crossings: what lies over the target shows beside some of them.
+    fn of<'c, I: Iterator<Item = &'c Crossing>>(
+        crossings: impl Fn() -> I,
+        place: impl Fn(&Crossing) -> [f32; 3],
+    ) -> Option<Self> {
+        let mut paper = Self { plane: [0.0; 3], contrast: 0.0, sigma: f32::INFINITY };
+        for _ in 0..PASSES {
+            let mut normals = Normals::default();
+            for crossing in crossings() {
+                let place = place(crossing);
+                if paper.excess(place, crossing).abs() <= NEAREST * paper.sigma {
+                    normals.add(place, levels(crossing));
+                }
+            }
+            (paper.plane, paper.contrast) = normals.solve()?;
+            let mut spread = Spread::default();
+            for crossing in crossings() {
+                let excess = paper.excess(place(crossing), crossing);
+                spread.add(excess * excess);
+            }
+            paper.sigma = spread.sigma();
+        }
+        Some(paper)
+    }
+
+    /// Light level of a crossing above the plane.
+    fn excess(&self, place: [f32; 3], crossing: &Crossing) -> f32 {
+        levels(crossing).1 - place.iter().zip(self.plane).fold(0.0, |sum, (x, p)| sum + x * p)
+    }
+}
+
 /// Normal equations of the plane of the light levels.
 #[derive(Default)]
 struct Normals {
@@ -59,18 +109,7 @@ struct Normals {
     right: [f32; 3],
     dark: f32,
     light: f32,
-    squares: f32,
     count: f32,
-}
-
-/// The light side of a ring.
-struct Paper {
-    /// Plane of the levels.
-    light: [f32; 3],
-    /// Mean difference from the dark side.
-    contrast: f32,
-    /// Standard deviation about the plane.
-    noise: f32,
 }
 
 impl Normals {
@@ -85,14 +124,12 @@ impl Normals {
         }
         self.dark += dark;
         self.light += light;
-        self.squares += light * light;
         self.count += 1.0;
     }
 
-    fn solve(&self) -> Option<Paper> {
-        let light = Factor::new(&self.m)?.solve(self.right);
-        let left = light.iter().zip(self.right).fold(self.squares, |left, (l, right)| left - l * right);
-        let noise = math::sqrt(left / self.count);
-        Some(Paper { light, contrast: (self.light - self.dark) / self.count, noise })
+    /// The plane of the light levels, and the mean contrast.
+    fn solve(&self) -> Option<([f32; 3], f32)> {
+        let plane = Factor::new(&self.m)?.solve(self.right);
+        Some((plane, (self.light - self.dark) / self.count))
     }
 }

@@ -74,7 +74,7 @@ fn set_arc(outline: &mut Outline, arc: &Arc, about: (u16, u16)) {
     (outline.left, outline.right) =
         (place(about.0, shape.cx - half_x), place(about.0, shape.cx + half_x + 1.0));
     (outline.top, outline.bottom) = (place(about.1, shape.cy - half_y), place(about.1, shape.cy + half_y));
-    outline.moments = Moments::of_ellipse(&shape, about, *dark_inside);
+    outline.moments = Moments::of_ellipse(shape, about, *dark_inside);
     outline.partial = true;
 }
 

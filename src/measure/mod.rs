@@ -78,7 +78,8 @@ fn collect(head: u16, origin: (u16, u16), scanner: &Scanner<'_>) -> Result<Vec<E
             break;
         }
         if outline.open {
-            return Err(Reject::OpenOutline);
+            // A mark in the middle can be one; the target around it is none the worse.
+            if edges.len() >= 2 { break } else { return Err(Reject::OpenOutline) }
         }
         let own = candidate::origin(outline);
         let shift = |own: u16, origin: u16| (i32::from(origin) - i32::from(own)) as f32;
