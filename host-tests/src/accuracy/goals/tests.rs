@@ -148,7 +148,7 @@ fn each_method_is_seen() {
     assert_fails(of("known", 1.1), &["known camera"]);
     assert_fails(of("known-refined", 1.1), &["known camera"]);
     assert_fails(of("pooled", 1.1), &["one plane"]);
-    let spoilt = ["range, refined: RMS / bound", "overexposed, shading"];
+    let spoilt = ["range, refined: RMS / bound", "overexposed, shading", "hidden"];
     assert_fails(of(REFINED, 1.6), &spoilt);
 }
 
