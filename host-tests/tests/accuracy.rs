@@ -121,19 +121,14 @@ fn refinement_is_never_worse() {
     }
 }
 
-/// What only some cells show: the camera, the board, the lens. The goals themselves have their tests with made-up errors.
+/// What does not depend on the draw of the noise. The goals themselves have their tests with made-up errors.
 #[test]
 fn goals_that_do_not_hang_on_chance_are_reached() {
     let goals = goals(&STUDY);
     let reached = |part: &str| goals.iter().find(|goal| goal.figure.contains(part)).map(|goal| goal.reached);
-    for part in [
-        "targets found",
-        "are refined",
-        "flagged as clipped",
-        "overexposed, shading",
-        "on one plane",
-        "f 1000, undistorted",
-    ] {
+    let parts =
+        ["targets found", "are refined", "flagged as clipped", "overexposed, shading", "on one plane"];
+    for part in parts {
         assert_eq!(reached(part), Some(true), "{part}");
     }
 }

@@ -45,6 +45,8 @@ pub struct Cell {
     pub place: [f64; 2],
     /// Radial lens distortion.
     pub k1: f64,
+    /// Share of the perimeter that is hidden, at any place.
+    pub hidden: f64,
     /// Targets on the plane: one, or a board of them.
     pub targets: u32,
     /// How often each scene is seen in other noise.
@@ -70,6 +72,7 @@ impl Default for Cell {
             f: 2580.0,
             place: [0.0, 0.0],
             k1: 0.0,
+            hidden: 0.0,
             targets: 1,
             draws: DRAWS,
             share: 1,
@@ -99,6 +102,7 @@ impl Cell {
         add("x", self.place[0], base.place[0]);
         add("y", self.place[1], base.place[1]);
         add("k1", self.k1, base.k1);
+        add("hidden", self.hidden, base.hidden);
         add("targets", f64::from(self.targets), f64::from(base.targets));
         label
     }
@@ -126,6 +130,7 @@ impl Cell {
             && self.gamma == 1.0
             && self.gain == 1.0
             && self.k1 == 0.0
+            && self.hidden == 0.0
             && self.targets == 1
     }
 
@@ -184,6 +189,10 @@ impl Cell {
             gain: self.gain,
             noise: self.noise,
         };
+        if self.hidden > 0.0 {
+            // From the tone of the ink to that of the paper.
+            scene.hide(0, self.hidden, 360.0 * turn(5), turn(6));
+        }
         scene
     }
 }
@@ -228,6 +237,7 @@ mod tests {
             Cell { gain: 1.5, ..base.clone() },
             Cell { gamma: 1.8, ..base.clone() },
             Cell { k1: -0.3, ..base.clone() },
+            Cell { hidden: 0.1, ..base.clone() },
         ];
         assert!(beyond.iter().all(|cell| !cell.in_range()));
     }

@@ -9,7 +9,7 @@ use super::{
 
 /// The columns. Lengths in px, root mean squares of one coordinate; tilt in degrees, levels in grey levels. `systematic` is
 /// empty where each scene is seen once, all figures where the target was never found.
-pub const HEADER: &str = "slice,cell,method,in_range,radius,tilt,ratio,psf,black,contrast,noise,shading,gamma,gain,f,x,y,k1,\
+pub const HEADER: &str = "slice,cell,method,in_range,radius,tilt,ratio,psf,black,contrast,noise,shading,gamma,gain,f,x,y,k1,hidden,\
                           targets,frames,found,false,clipped,refined,eccentricity,bound,rms,rms_95,systematic,bias,drift,reported,\
                           over_sigma,inside_95\n";
 
@@ -42,6 +42,7 @@ fn record(outcome: &Outcome, method: &str) -> Vec<String> {
         f,
         place,
         k1,
+        hidden,
         targets,
         ..
     } = outcome.cell;
@@ -50,8 +51,10 @@ fn record(outcome: &Outcome, method: &str) -> Vec<String> {
         [outcome.cell.slice, &outcome.cell.label(), method, &outcome.cell.in_range().to_string()]
             .map(str::to_owned)
             .to_vec();
-    let condition =
-        [radius, tilt, ratio, psf, black, contrast, noise, shading, gamma, gain, f, place[0], place[1], k1];
+    let condition = [
+        radius, tilt, ratio, psf, black, contrast, noise, shading, gamma, gain, f, place[0], place[1], k1,
+        hidden,
+    ];
     record.extend(condition.map(|value| value.to_string()));
     record.push(targets.to_string());
     let found = figures.map_or(0, |figures| figures.found);

@@ -12,7 +12,7 @@ const LONGEST: f64 = concentric::Camera::MAX_FOCAL as f64;
 const SCALE: f64 = 2580.0 / 800.0;
 
 /// The slices in the order of the tables, with what is varied in each.
-pub const SLICES: [(&str, &str); 14] = [
+pub const SLICES: [(&str, &str); 15] = [
     ("size", "Outer semi-major axis R (px) and tilt w (degrees)"),
     ("blur", "Point spread function of the lens, standard deviation (px)"),
     ("noise", "Contrast and noise (grey levels)"),
@@ -26,6 +26,7 @@ pub const SLICES: [(&str, &str); 14] = [
     ("phase", "Error against the place within the pixel, in little noise"),
     ("risk", "Eccentricity from nothing to ten standard deviations, by the focal length"),
     ("pooled", "The pooled set: outer radii 10 to 60 mm at 800 mm, contrast 190, blur 0.8 px"),
+    ("hidden", "A wedge over a part of the perimeter, in any direction"),
     ("board", "58 targets on one plane"),
 ];
 /// The slices over which the goals for a range of conditions are taken.
@@ -68,6 +69,7 @@ impl Extent {
             ("phase", self.phase()),
             ("risk", self.risk()),
             ("pooled", self.pooled()),
+            ("hidden", self.hidden()),
             ("board", self.board()),
         ] {
             cells.extend(slice.into_iter().map(|cell| Cell { slice: name, ..cell }));
@@ -211,6 +213,12 @@ impl Extent {
         };
         let set = |noise: f64| pairs(&radii, &tilts, |radius, tilt| cell(radius, tilt, noise));
         self.pick(&[0.0, 1.0, 2.0, 5.0], &[0.0, 2.0]).into_iter().flat_map(set).collect()
+    }
+
+    fn hidden(self) -> Vec<Cell> {
+        let radii = self.pick(&[15.0, 20.0, 30.0, 60.0], &[30.0]);
+        let cell = |radius: f64| Cell { radius, hidden: 0.4, draws: 1, ..Cell::default() };
+        radii.into_iter().map(cell).collect()
     }
 
     fn board(self) -> Vec<Cell> {

@@ -148,7 +148,9 @@ fn groups(cell: &Cell, index: u32, memory: &mut Memory) -> Result<Vec<Group>> {
 /// A target of a scene before it was seen.
 fn empty(scene: &Scene, truth: &TargetTruth) -> Result<Group> {
     ensure!(truth.complete, "a target does not lie inside the frame");
-    let bounds = Bounds::new(truth, &scene.camera, &scene.photometry, &|_| true)
+    let visible =
+        |place: DVec2| !scene.occluders.iter().any(|cover| cover.hides(place, &scene.targets, &scene.camera));
+    let bounds = Bounds::new(truth, &scene.camera, &scene.photometry, &visible)
         .context("too little of a target is visible")?;
     let outer = truth.circles[0].ellipse;
     Ok(Group {

@@ -8,11 +8,12 @@ use concentric::Flags;
 pub use range::{TIERS, Tier};
 
 use super::{
+    bound::per_coordinate,
     cell::Cell,
     exactness::exactness,
     method::{MAIN, REFINED},
     run::Outcome,
-    study::Study,
+    study::{Study, index},
 };
 
 /// A figure and its goal.
@@ -41,6 +42,8 @@ impl Goal {
 
 /// Largest ratio to the bound where the picture is clipped under uneven light.
 const CLIPPED: f64 = 1.5;
+/// Largest distance from the true centre of a target that is partly hidden, over its bound.
+const HIDDEN: f64 = 3.0;
 /// Largest error of a target of a board, as a share of that by itself.
 const SHARED: f64 = 0.52;
 /// Noise and goal of the pooled set at each noise, px.
@@ -49,7 +52,7 @@ const POOLED: [(f64, f64); 4] = [(0.0, 0.0010), (1.0, 0.0024), (2.0, 0.0044), (5
 /// All goals for which the study has cells.
 pub fn goals(study: &Study) -> Vec<Goal> {
     let mut goals = [range::goals(study), systematic::goals(study)].concat();
-    let parts = [clipped, clipping, automatic, shared];
+    let parts = [clipped, clipping, automatic, hidden, shared];
     goals.extend(parts.iter().filter_map(|part| part(study)));
     goals.extend(POOLED.iter().filter_map(|&(noise, goal)| pooled(study, noise, goal)));
     goals.extend(exact_forms());
@@ -105,6 +108,34 @@ fn automatic(study: &Study) -> Option<Goal> {
     let (_, excess) = largest(excesses)?;
     let figure = "eccentricity 0 .. 10 sigma: `Auto` over the better of `None` and `Exact`, worst";
     Some(Goal::new(figure, "<= 1.12", format!("{excess:.3}"), excess <= 1.12))
+}
+
+/// Targets of which a part cannot be seen, of all frames: near enough and flagged.
+fn hidden(study: &Study) -> Option<Goal> {
+    let share = |outcome: &Outcome, method: &str| {
+        let method = index(method)?;
+        let frames =
+            outcome.groups.iter().flat_map(|g| g.samples.iter().map(move |s| (g, s.estimates[method])));
+        let good = frames.clone().filter(|(group, estimate)| {
+            // RMS distance at the bound of the arcs that can be seen.
+            let least = 2f64.sqrt() * per_coordinate(group.bounds[method]);
+            estimate.is_some_and(|e| e.error.length() <= HIDDEN * least && e.flags.contains(Flags::OCCLUDED))
+        });
+        Some(good.count() as f64 / frames.count() as f64)
+    };
+    let cells: Vec<_> = study.slice("hidden").collect();
+    let shares = |method: &str| cells.iter().map(|o| share(o, method)).collect::<Option<Vec<_>>>();
+    let [rows, refined] = [shares(MAIN)?, shares(REFINED)?];
+    let list = |values: &mut dyn Iterator<Item = String>| values.collect::<Vec<_>>().join(", ");
+    let per_cent = |shares: &[f64]| list(&mut shares.iter().map(|share| format!("{:.1}", 100.0 * share)));
+    let radii = list(&mut cells.iter().map(|outcome| outcome.cell.radius.to_string()));
+    let figure = format!(
+        "{} % of the perimeter hidden, R {radii}: within {HIDDEN} x the bound of the rest and flagged, streaming; refined",
+        100.0 * cells.first()?.cell.hidden
+    );
+    let measured = format!("{}; {} %", per_cent(&rows), per_cent(&refined));
+    let reached = rows.iter().chain(&refined).all(|share| *share >= 0.99);
+    Some(Goal::new(figure, ">= 99 % of all frames", measured, reached))
 }
 
 /// Centres of a board that share the correction, against each by itself.

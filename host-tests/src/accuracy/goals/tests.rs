@@ -37,7 +37,7 @@ const NONE: Fault = Fault {
     concerned: |_| true,
     sigma: 1.0,
     missed: false,
-    flags: Flags(Flags::CLIPPED.0 | Flags::REFINED.0),
+    flags: Flags(Flags::CLIPPED.0 | Flags::REFINED.0 | Flags::OCCLUDED.0),
 };
 
 /// Bound of every cell, px: small enough for all goals, and smaller still with little noise.
@@ -105,7 +105,7 @@ fn assert_fails(fault: Fault, expected: &[&str]) {
 
 #[test]
 fn an_ideal_library_reaches_all() {
-    assert_eq!(goals_with(NONE).len(), 28);
+    assert_eq!(goals_with(NONE).len(), 29);
     assert_fails(NONE, &[]);
 }
 
@@ -131,6 +131,7 @@ fn larger_errors_are_seen() {
         "average",
         "RMS / bound, worst cell",
         "known camera",
+        "hidden",
         "noise 0:",
         "noise 1:",
         "noise 2:",
@@ -147,7 +148,7 @@ fn each_method_is_seen() {
     assert_fails(of("known", 1.1), &["known camera"]);
     assert_fails(of("known-refined", 1.1), &["known camera"]);
     assert_fails(of("pooled", 1.1), &["one plane"]);
-    let spoilt = ["range, refined: RMS / bound", "overexposed, shading"];
+    let spoilt = ["range, refined: RMS / bound", "overexposed, shading", "hidden"];
     assert_fails(of(REFINED, 1.6), &spoilt);
 }
 
@@ -173,5 +174,5 @@ fn shifts_are_seen() {
 #[test]
 fn missed_targets_and_flags_are_seen() {
     assert_fails(Fault { missed: true, ..NONE }, &["targets found", "pooled set"]);
-    assert_fails(Fault { flags: Flags::default(), ..NONE }, &["clipped", "are refined"]);
+    assert_fails(Fault { flags: Flags::default(), ..NONE }, &["clipped", "are refined", "hidden"]);
 }
