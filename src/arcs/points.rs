@@ -9,7 +9,7 @@ const FEWEST: usize = 24;
 /// Most points for a search in which nothing is known.
 const FEW: usize = 64;
 /// Most points for one about a known circle.
-pub(super) const MAX_POINTS: usize = 128;
+pub(super) const MAX_POINTS: usize = 96;
 
 /// A crossing as a point.
 #[derive(Clone, Copy, Debug)]
