@@ -9,9 +9,9 @@ use heapless::Vec;
 /// Pieces of an outline of which trial arcs are made.
 const PIECES: usize = 16;
 /// Lengths of trial arcs in pieces, and the steps between their starts.
-const LENGTHS: [(usize, usize); 3] = [(10, 2), (7, 2), (5, 1)];
+const LENGTHS: [(usize, usize); 2] = [(7, 2), (5, 1)];
 /// Trials that are refined.
-const REFINED: usize = 3;
+const REFINED: usize = 2;
 /// Distance from a trial's ellipse within which a point counts, px.
 const TRIAL: f32 = 1.0;
 /// Distances within which points are taken for the fits that follow, px.
