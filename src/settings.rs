@@ -272,7 +272,7 @@ pub(crate) mod limits {
     pub const CUT_SHARE: usize = 8;
     /// Residual of a target's levels, in standard deviations of the samples across its edges, above which something else than the
     /// print has a part in them.
-    pub const DISTURBED: f32 = 2.0;
+    pub const DISTURBED: f32 = 2.5;
     /// Largest difference of a sample from the profile of its edge, as a share of the contrast (curved response, gradients), ...
     pub const MISFIT: f32 = 0.06;
     /// ... plus this many standard deviations of the noise: more is something else in front of the edge.

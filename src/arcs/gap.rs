@@ -8,7 +8,7 @@ use crate::scan::{Crossing, CrossingList, Pool};
 /// Distance from both circles from which on a crossing is one of the ring's ends, px.
 const CLEAR: f32 = 1.0;
 /// Passes over the levels of the paper, and how far from it a level may be in the next, in standard deviations.
-const PASSES: usize = 4;
+const PASSES: usize = 3;
 const NEAREST: f32 = 1.5;
 /// Share of the crossings of the ends that must agree: near the circles the levels are not those of the gap.
 const MOST: f32 = 0.6;

@@ -5,11 +5,11 @@ use crate::scan::{Axis, Crossing, CrossingList, Pool};
 use heapless::Vec;
 
 /// Most points for a look.
-const FEWEST: usize = 24;
+const FEWEST: usize = 16;
 /// Most points for a search in which nothing is known.
-const FEW: usize = 64;
+const FEW: usize = 56;
 /// Most points for one about a known circle.
-pub(super) const MAX_POINTS: usize = 128;
+pub(super) const MAX_POINTS: usize = 96;
 
 /// A crossing as a point.
 #[derive(Clone, Copy, Debug)]

@@ -8,26 +8,26 @@ use heapless::Vec;
 
 /// Pieces of an outline of which trial arcs are made.
 const PIECES: usize = 16;
-/// Lengths of trial arcs in pieces, longest first, because a long one is the surer.
-const LENGTHS: [usize; 4] = [10, 7, 5, 4];
+/// Lengths of trial arcs in pieces, and the steps between their starts.
+const LENGTHS: [(usize, usize); 2] = [(7, 2), (5, 1)];
+/// Trials that are refined.
+const REFINED: usize = 2;
 /// Distance from a trial's ellipse within which a point counts, px.
 const TRIAL: f32 = 1.0;
 /// Distances within which points are taken for the fits that follow, px.
 const REFINE: [f32; 2] = [2.0, 1.0];
 /// The same for the steps after these, and from a circle that is known to be concentric.
-const ADJUST: [f32; 3] = [1.5, 1.0, 0.6];
+const ADJUST: [f32; 2] = [1.0, 0.6];
 /// The same while its ellipse is kept similar to that of the known circle.
-const SIMILAR: [f32; 3] = [2.5, 1.5, 1.0];
+const SIMILAR: [f32; 2] = [2.5, 1.2];
 /// Least ratio of the scores with which the ellipse is then better left free.
 const FREE_GAIN: f32 = 1.15;
 /// Most radii that are tried for it.
-const MODES: usize = 3;
+const MODES: usize = 2;
 /// Distance within which points are of one concentric circle, px: perspective moves its centre.
 const CONCENTRIC: f32 = 2.5;
 /// Largest semi-axis of a trial in units of the points' extent.
 const MAX_SIZE: f32 = 3.0;
-/// A trial is refined from this share of the best score on.
-const PROMISING: f32 = 0.6;
 /// Fewest points on an ellipse.
 const MIN_POINTS: usize = 10;
 /// Least distance of two circles of the same polarity, px.
@@ -44,27 +44,53 @@ pub(crate) fn free(mut points: Points) -> Option<Arc> {
             piece.add(point.x / unit, point.y / unit);
         }
     }
-    let (mut best, mut most) = (None, MIN_POINTS as f32);
-    for length in LENGTHS {
-        for start in 0..PIECES {
+    let mut best = None;
+    let mut most = MIN_POINTS as f32;
+    for trial in trials(&pieces, points, unit).into_iter().flatten() {
+        let Some(arc) = refine(&trial.1, points, unit, &REFINE) else { continue };
+        let score = score(&arc, points);
+        if score > most {
+            (best, most) = (Some(arc), score);
+        }
+    }
+    best
+}
+
+/// The ellipses of consecutive pieces that have most points on them, with their scores.
+fn trials(pieces: &[Rough; PIECES], points: &[Point], unit: f32) -> [Option<(f32, Arc)>; REFINED] {
+    let mut best = [None; REFINED];
+    for (length, step) in LENGTHS {
+        for start in (0..PIECES).step_by(step) {
             let mut sum = Rough::default();
             pieces.iter().cycle().skip(start).take(length).for_each(|piece| sum.join(piece));
             let Some(shape) = sum.fit().filter(|shape| shape.semi_axes().0 <= MAX_SIZE) else { continue };
             let shape = shape.scaled(unit);
-            for dark_inside in [true, false] {
-                let trial = Arc { shape, dark_inside };
-                if score(&trial, points) < PROMISING * most {
-                    continue;
-                }
-                let Some(arc) = refine(&trial, points, unit, &REFINE) else { continue };
-                let score = score(&arc, points);
-                if score > most {
-                    (best, most) = (Some(arc), score);
+            let scores = look(&shape, points);
+            for (dark_inside, score) in [(true, scores[0]), (false, scores[1])] {
+                let mut trial = Some((score, Arc { shape, dark_inside }));
+                // Sorted by falling score.
+                for place in &mut best {
+                    if place.is_none_or(|(other, _): (f32, Arc)| other < score) {
+                        core::mem::swap(place, &mut trial);
+                    }
                 }
             }
         }
     }
     best
+}
+
+/// The [`score`] of every second point on the ellipse for either polarity, dark inside first.
+fn look(shape: &Shape, points: &[Point]) -> [f32; 2] {
+    let mut scores = [0.0; 2];
+    for point in points.iter().step_by(2) {
+        let ((gx, gy), (dx, dy)) = shape.gradient(point.x, point.y);
+        let excess = dx * gx + dy * gy - 1.0;
+        let near = (1.0 - 0.25 * excess * excess / (gx * gx + gy * gy)).max(0.0);
+        let [dark, light] = &mut scores;
+        *(if gx * point.light.0 + gy * point.light.1 > 0.0 { dark } else { light }) += near;
+    }
+    scores
 }
 
 /// The ellipse of a circle that is concentric with the one of `anchor` and not the same.

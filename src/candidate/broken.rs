@@ -17,6 +17,8 @@ const MAX_OPEN: usize = 3;
 /// Fewest crossings of an outline in which any arc is looked for, and in which one concentric with a known circle is.
 const MIN_CROSSINGS: u16 = 20;
 const MIN_CROSSINGS_AROUND: u16 = 12;
+/// Smallest larger side of the box of an outline with an arc that is worth it, px.
+const MIN_EXTENT: u16 = 12;
 /// Largest share of an ellipse's crossings that may lie beside it.
 const MAX_OFF: f32 = 0.2;
 /// Largest radius of a circle around a known one, in units of that.
@@ -35,6 +37,7 @@ pub(super) fn is_worth_a_search(outline: &Outline, cause: Reject) -> bool {
         && !outline.lossy
         && outline.crossings.len() >= MIN_CROSSINGS
         && outline.width().min(outline.height()) >= limits::MIN_EXTENT
+        && outline.width().max(outline.height()) >= MIN_EXTENT
 }
 
 /// Whether an outline with the moments of the ellipse `shape` has a dent or a bump all the same.

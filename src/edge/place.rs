@@ -38,7 +38,7 @@ pub(crate) struct Blur {
 pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) -> Blur {
     let mut sigma = BLUR_START;
     let mut noise = f32::INFINITY;
-    for _ in 0..BLUR_PASSES {
+    for pass in 0..BLUR_PASSES {
         let (mut slope, mut square) = (0.0, 0.0);
         let limit = BLUR_OUTLIER + BLUR_OUTLIER_SIGMAS * noise;
         let mut spread = Spread::default();
@@ -48,7 +48,10 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
                 let Some(local) = views.local(crossing) else { continue };
                 let profile = Profile::new(&local, crossing, levels, sigma);
                 let Some(placed) = profile.place() else { continue };
-                placed.add_noise(&mut spread);
+                // The blur of the first pass is none of this target's.
+                if pass > 0 {
+                    placed.add_noise(&mut spread);
+                }
                 if placed.misfit() <= limit {
                     let (s, q) = profile.blur_slope(placed.place);
                     slope += s;
@@ -59,7 +62,7 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
         noise = spread.sigma();
         let change = if square > 0.0 { (slope / square).clamp(-MAX_CHANGE, MAX_CHANGE) } else { 0.0 };
         sigma = (sigma * (1.0 + change)).clamp(BLUR_RANGE.0, BLUR_RANGE.1);
-        if change.abs() < BLUR_SETTLED {
+        if pass > 0 && change.abs() < BLUR_SETTLED {
             break;
         }
     }

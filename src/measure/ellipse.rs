@@ -14,6 +14,8 @@ use heapless::Vec;
 /// Most steps of a fit; an undamaged ellipse needs one or two.
 const PASSES: usize = 6;
 
+/// Residual, px, that noise of the whole contrast explains: that of four samples under a blur of 1 px, with room.
+const EXPLAINED: f32 = 2.2;
 /// Edge points of a whole circle for each px of its radius: one for each row or column that it passes less steeply than the other.
 const POINTS_PER_AXIS: f32 = 5.66;
 /// Distance from an ellipse, px, within which a point is one of its edge, though perhaps displaced.
@@ -84,7 +86,10 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin, noise: f32) -> 
     if !(adjusted.rms <= share * (limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b)) {
         return Err(Reject::NotElliptic);
     }
-    let adjusted = adjusted.with_variance(excess(&adjusted, points(), &gate));
+    // What the noise explains is independent.
+    let explained = adjusted.rms <= EXPLAINED * noise;
+    let factor = if explained { 1.0 } else { excess(&adjusted, points(), &gate) };
+    let adjusted = adjusted.with_variance(factor);
     let Edge { dark_inside, partial, cut, .. } = *edge;
     Ok(Fitted { adjusted, dark_inside, partial, cut, gap, ratio: 1.0, measured_ratio: 1.0 })
 }
@@ -114,10 +119,18 @@ fn start(edge: &Edge, places: impl Iterator<Item = (i32, i32)>, origin: &Origin)
 /// The sectors in which the light beside the edge is the same as around most of the circle.
 fn even_sectors<'c>(
     shape: &Shape,
-    crossings: impl Iterator<Item = &'c Crossing>,
+    crossings: impl Iterator<Item = &'c Crossing> + Clone,
     origin: &Origin,
     noise: f32,
 ) -> Option<Sectors> {
+    // Where nothing disturbs the light there is nothing to sort out.
+    let limit = 256.0 * (limits::UNEVEN + 3.0 * noise);
+    let uneven = |crossing: &Crossing| {
+        crossing.edge_point().is_some_and(|point| f32::from(point.excess).abs() > limit)
+    };
+    if !crossings.clone().any(uneven) {
+        return Some(Sectors::all(shape.semi_axes().1));
+    }
     let adjustment = Adjustment::new(*shape)?;
     let mut light = SectorLight::new(shape.semi_axes().1);
     for crossing in crossings {

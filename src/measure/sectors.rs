@@ -20,6 +20,12 @@ impl Sectors {
         Self(0, count.unwrap_or(16))
     }
 
+    /// All of them.
+    pub fn all(minor: f32) -> Self {
+        let Self(_, count) = Self::new(minor);
+        Self(u128::MAX >> (128 - count), count)
+    }
+
     /// The bit of the sector of a point in the frame where the ellipse is the unit circle.
     pub fn sector(&self, u: f32, v: f32) -> u128 {
         let turn = math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI) + 1.0;
@@ -51,15 +57,15 @@ impl Sectors {
     }
 
     fn empty(&self) -> u128 {
-        !self.0 & self.all()
+        !self.0 & self.mask()
     }
 
-    fn all(&self) -> u128 {
+    fn mask(&self) -> u128 {
         u128::MAX >> (128 - self.1.clamp(1, 128))
     }
 
     fn turned(&self, bits: u128, by: u32) -> u128 {
-        (bits << by | bits >> (self.1 - by)) & self.all()
+        (bits << by | bits >> (self.1 - by)) & self.mask()
     }
 }
 

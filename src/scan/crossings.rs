@@ -214,7 +214,7 @@ impl<'s> Pool<'s> {
     }
 
     /// The crossings of `list`.
-    pub fn iter(&self, list: CrossingList) -> impl Iterator<Item = &Crossing> {
+    pub fn iter(&self, list: CrossingList) -> impl Iterator<Item = &Crossing> + Clone {
         let mut at = list.head;
         (0..list.len).map_while(move |_| {
             let crossing = self.slots.get(usize::from(at))?;
