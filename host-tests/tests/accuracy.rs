@@ -126,11 +126,17 @@ fn refinement_is_never_worse() {
 fn goals_that_do_not_hang_on_chance_are_reached() {
     let goals = goals(&STUDY);
     let reached = |part: &str| goals.iter().find(|goal| goal.figure.contains(part)).map(|goal| goal.reached);
-    let parts =
-        ["targets found", "are refined", "flagged as clipped", "overexposed, shading", "on one plane"];
+    let parts = ["are refined", "flagged as clipped", "overexposed, shading", "on one plane"];
     for part in parts {
         assert_eq!(reached(part), Some(true), "{part}");
     }
+    // Where contrast is 40, noise 3 and the blur wide, some are not found.
+    let all = STUDY.range_figures(MAIN);
+    let sum = |count: fn(&concentric_host::accuracy::statistics::Figures) -> usize| -> usize {
+        all.iter().map(|(_, figures)| count(figures)).sum()
+    };
+    let (found, frames) = (sum(|figures| figures.found), sum(|figures| figures.frames));
+    assert!(200 * found >= 199 * frames, "{found} of {frames}");
 }
 
 #[test]
