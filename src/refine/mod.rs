@@ -44,7 +44,7 @@ const BLUR: (f32, f32) = (0.2, 6.0);
 
 /// Measures `target` again on the pixels of `image`, in which a [`Detector`](crate::Detector) with the same `settings` has
 /// found it. On success its places, covariances, contrast, noise, blur and flags are the new ones, with
-/// [`Flags::REFINED`]; on failure (the pixels do not determine the model, or contradict the edge points) it is left as it
+/// [`Flags::REFINED`]; on failure (a part of the target is not seen, the pixels do not determine the model, or contradict the edge points) it is left as it
 /// was.
 ///
 /// The centre's error falls to within some per cent of the Cramer-Rao bound, and the bias that whole-pixel samples leave
@@ -58,6 +58,10 @@ pub fn polish(image: &Image<'_>, settings: &Settings, target: &mut Target) -> bo
 }
 
 fn polished(image: &Image<'_>, settings: &Settings, target: &Target) -> Option<Target> {
+    // What lies over a target is no part of the model, and its border would pass for the target's own.
+    if target.flags.contains(Flags::OCCLUDED) || target.flags.contains(Flags::CUT) {
+        return None;
+    }
     let window = Window::new(image, settings, target)?;
     let mut model = start(&window, settings, target)?;
     window.find_levels(&mut model, target.noise)?;
