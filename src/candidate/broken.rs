@@ -60,7 +60,7 @@ pub(super) fn add(label: u16, waiting: &mut Waiting, scanner: &mut Scanner<'_>) 
         let Some((arc, taken)) = next_arc(&mut list, &anchors, found == 0, about, scanner) else { break };
         found += 1;
         let joined = join(&arc, taken, about, waiting, scanner);
-        let _ = anchors.insert(0, joined.unwrap_or(arc));
+        let _ = anchors.push(joined.unwrap_or(arc));
         if joined.is_none() {
             let label =
                 if slot == NONE { scanner.open_outline() } else { core::mem::replace(&mut slot, NONE) };
@@ -101,7 +101,7 @@ fn mark_open(
     }
 }
 
-/// The circles of waiting outlines inside the box of `outline`, about its origin.
+/// The circles of waiting outlines inside the box of `outline`, about its origin, the newest last.
 fn anchors(
     outline: &Outline,
     waiting: &Waiting,
@@ -122,6 +122,7 @@ fn anchors(
             let _ = anchors.push(arc);
         }
     }
+    anchors.reverse();
     anchors
 }
 
@@ -131,7 +132,8 @@ fn arc_of(outline: &Outline, about: (u16, u16)) -> Option<Arc> {
     Some(arc.moved(origin(outline), about))
 }
 
-/// Takes the crossings of one more arc out of `list`: of a circle concentric with one of the anchors, or of `any`.
+/// Takes the crossings of one more arc out of `list`: of a circle concentric with one of the anchors, the last first, or of
+/// `any`.
 fn next_arc(
     list: &mut CrossingList,
     anchors: &[Arc],
@@ -140,7 +142,7 @@ fn next_arc(
     scanner: &mut Scanner<'_>,
 ) -> Option<(Arc, CrossingList)> {
     let pool = &mut scanner.pool;
-    for anchor in anchors {
+    for anchor in anchors.iter().rev() {
         let points = Points::around(&anchor.shape, MAX_RADIUS, *list, pool, about);
         let arc = arcs::around(&points, anchor);
         if let Some(arc) = arc
@@ -152,8 +154,7 @@ fn next_arc(
     if !any {
         return None;
     }
-    let arc = arcs::free(Points::few(*list, pool, about));
-    let arc = arc?;
+    let arc = arcs::free(Points::few(*list, pool, about))?;
     let taken = arcs::take(&arc, list, (pool, about), limits::MIN_SEEN)?;
     Some((arc, taken))
 }
