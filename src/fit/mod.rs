@@ -8,6 +8,7 @@
 //! [`Rough`] is the algebraic fit in f32, for the search of arcs; [`Spread`] a robust standard deviation.
 
 mod adjust;
+mod concentric;
 mod rough;
 mod shape;
 mod solve;
@@ -15,6 +16,7 @@ mod spread;
 mod sums;
 
 pub(crate) use adjust::{Adjusted, Adjustment, CENTRE_TERMS};
+pub(crate) use concentric::{Concentric, ConcentricAdjustment, ConcentricStep, Member};
 pub(crate) use rough::Rough;
 pub(crate) use shape::{Frame, Shape};
 pub(crate) use solve::{Factor, Matrix};

@@ -163,7 +163,11 @@ impl Frame {
 
     /// The covariance in the image of a centre, from that of stretch and centre in the frame.
     pub fn covariance(&self, frame: &Matrix<4>) -> Covariance {
-        let (uu, uv, vv) = (frame[2][2], frame[3][2], frame[3][3]);
+        self.point_covariance(frame[2][2], frame[3][2], frame[3][3])
+    }
+
+    /// The covariance in the image of a place, from that in the frame.
+    pub fn point_covariance(&self, uu: f32, uv: f32, vv: f32) -> Covariance {
         let Self { l0, l1, l2 } = *self;
         let k = l1 / (l0 * l2);
         Covariance {

@@ -6,25 +6,27 @@ use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Spread, Sums};
 use crate::math;
 use crate::reject::Reject;
-use crate::scan::{Axis, Crossing, Pool};
+use crate::scan::{Axis, Crossing, CrossingList, Pool};
 use crate::settings::limits;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
 /// Most steps of a fit; an undamaged ellipse needs one or two.
-const PASSES: usize = 6;
+pub(super) const PASSES: usize = 6;
 
 /// Residual, px, that noise of the whole contrast explains: that of four samples under a blur of 1 px, with room.
-const EXPLAINED: f32 = 2.2;
+pub(super) const EXPLAINED: f32 = 2.2;
 /// Edge points of a whole circle for each px of its radius: one for each row or column that it passes less steeply than the other.
 const POINTS_PER_AXIS: f32 = 5.66;
 /// Distance from an ellipse, px, within which a point is one of its edge, though perhaps displaced.
-const NEAR: f32 = 0.25;
+pub(super) const NEAR: f32 = 0.25;
 
 /// An edge after its fit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fitted {
     pub adjusted: Adjusted,
+    /// Which of the candidate's edges.
+    pub edge: usize,
     pub dark_inside: bool,
     /// Only arcs of it are seen.
     pub partial: bool,
@@ -38,6 +40,13 @@ pub(crate) struct Fitted {
     pub measured_ratio: f32,
 }
 
+impl Fitted {
+    /// Whether a part of it is not seen.
+    pub fn is_occluded(&self) -> bool {
+        self.partial || self.gap > limits::FLAG_GAP
+    }
+}
+
 pub(crate) type FittedList = Vec<Fitted, MAX_CIRCLES>;
 
 /// Appends to a list that is never longer than the one it is made of.
@@ -49,17 +58,42 @@ pub(super) fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
     list
 }
 
-/// Fits the ellipse of one edge to its edge points. The noise of their samples is in units of the contrast.
-pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin, noise: f32) -> Result<Fitted, Reject> {
-    let tolerance = 256.0 * (limits::MISFIT + limits::MISFIT_SIGMAS * noise);
-    let sound = move |crossing: &&Crossing| {
-        crossing.edge_point().is_some_and(|point| f32::from(point.misfit) <= tolerance)
-    };
-    let crossings = || pool.iter(edge.crossings).filter(sound);
-    let places = || crossings().filter_map(|crossing| edge_point(crossing, origin.pixel));
-    let points = || places().filter_map(|point| origin.undistorted(point));
-    let start = start(edge, places(), origin)?;
-    let even = even_sectors(&start, crossings(), origin, noise).ok_or(Reject::NotElliptic)?;
+/// Where the edge points come from.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a, 'p> {
+    pub edges: &'a [Edge],
+    pub pool: &'a Pool<'p>,
+    pub origin: &'a Origin,
+    /// Noise of their samples in units of the contrast.
+    pub noise: f32,
+}
+
+impl<'a, 'p> Source<'a, 'p> {
+    /// The crossings of edge `k` whose profile is that of an edge.
+    pub fn crossings(&self, k: usize) -> impl Iterator<Item = &'a Crossing> + Clone + use<'a, 'p> {
+        let tolerance = 256.0 * (limits::MISFIT + limits::MISFIT_SIGMAS * self.noise);
+        let list = self.edges.get(k).map_or(CrossingList::EMPTY, |edge| edge.crossings);
+        self.pool.iter(list).filter(move |crossing| {
+            crossing.edge_point().is_some_and(|point| f32::from(point.misfit) <= tolerance)
+        })
+    }
+
+    /// Their edge points about the origin, px.
+    pub fn points(&self, k: usize) -> impl Iterator<Item = (f32, f32)> + use<'a, 'p> {
+        let origin = self.origin;
+        let places = self.crossings(k).filter_map(|crossing| edge_point(crossing, origin.pixel));
+        places.filter_map(|point| origin.undistorted(point))
+    }
+}
+
+/// Fits the ellipse of edge `k`.
+pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
+    let &Source { origin, noise, .. } = source;
+    let edge = source.edges.get(k).ok_or(Reject::Alone)?;
+    let places = source.crossings(k).filter_map(|crossing| edge_point(crossing, origin.pixel));
+    let points = || source.points(k);
+    let start = start(edge, places, origin)?;
+    let even = even_sectors(&start, source.crossings(k), origin, noise).ok_or(Reject::NotElliptic)?;
     let mut gate = Gate { limit: f32::INFINITY, sectors: even.0, even };
     let mut step = adjust(start, points(), &gate)?;
     for _ in 1..PASSES {
@@ -91,7 +125,7 @@ pub(super) fn fit(edge: &Edge, pool: &Pool<'_>, origin: &Origin, noise: f32) -> 
     let factor = if explained { 1.0 } else { excess(&adjusted, points(), &gate) };
     let adjusted = adjusted.with_variance(factor);
     let Edge { dark_inside, partial, cut, .. } = *edge;
-    Ok(Fitted { adjusted, dark_inside, partial, cut, gap, ratio: 1.0, measured_ratio: 1.0 })
+    Ok(Fitted { adjusted, edge: k, dark_inside, partial, cut, gap, ratio: 1.0, measured_ratio: 1.0 })
 }
 
 /// Edge point of a crossing about the origin, 1/256 px.
@@ -117,7 +151,7 @@ fn start(edge: &Edge, places: impl Iterator<Item = (i32, i32)>, origin: &Origin)
 }
 
 /// The sectors in which the light beside the edge is the same as around most of the circle.
-fn even_sectors<'c>(
+pub(super) fn even_sectors<'c>(
     shape: &Shape,
     crossings: impl Iterator<Item = &'c Crossing> + Clone,
     origin: &Origin,

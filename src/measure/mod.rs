@@ -9,6 +9,7 @@
 mod choose;
 mod combine;
 mod ellipse;
+mod joint;
 mod known;
 mod origin;
 mod sectors;
@@ -17,16 +18,17 @@ use crate::candidate;
 use crate::edge::{self, Blur, Edge, Edges, Levels};
 use crate::fit::Adjusted;
 use crate::reject::Reject;
-use crate::scan::{Pool, Scanner};
+use crate::scan::Scanner;
 use crate::settings::{Compensation, Polarity, Settings, limits};
 use crate::target::{Circle, Ellipse, Flags, MAX_CIRCLES, Target};
 use choose::choose;
 pub(crate) use choose::concentric;
 use combine::{Centre, combine, measured_perspective, significant};
-use ellipse::fit;
 pub(crate) use ellipse::{Fitted, FittedList};
+use ellipse::{Source, fit};
 use heapless::Vec;
-use known::known;
+use joint::{Joint, joint};
+use known::{Known, known};
 pub(crate) use origin::Origin;
 pub(crate) use sectors::PARTS;
 
@@ -43,6 +45,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
         return Err(Reject::Alone);
     }
     let edges = Edges { edges: &edges, origin };
+    let width = scanner.width();
     let pool = &mut scanner.pool;
     let levels = Levels::first(&edges, pool, BLUR_GUESS).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
@@ -63,9 +66,19 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
         levels = levels.disturbed();
     }
     let origin = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
-    let fitted = fit_all(&edges, pool, &levels, blur.sigma, &origin)?;
-    let circles = choose(&fitted, settings, scanner.width())?;
-    assemble(&circles, settings, &Light::new(&levels, blur.sigma, &circles), &origin)
+    // What disturbs one edge does not disturb all.
+    let noise = (0..edges.edges.len())
+        .fold(f32::INFINITY, |least, k| least.min(edge::place(&edges, k, pool, &levels, blur.sigma)));
+    let source = Source { edges: edges.edges, pool, origin: &origin, noise };
+    let fitted = fit_all(&source)?;
+    let circles = choose(&fitted, settings, width)?;
+    let light = Light::new(&levels, blur.sigma, &circles);
+    if circles.iter().any(Fitted::is_occluded) {
+        let joint = joint(&circles, &source, settings).ok_or(Reject::NotConcentric)?;
+        let forms = Forms::joint(&joint, &circles, light.plane, &origin).ok_or(Reject::NotConcentric)?;
+        return target(&joint.circles, &forms, settings, (&light, &origin));
+    }
+    assemble(&circles, settings, &light, &origin)
 }
 
 /// The outlines of the chain as edges about `origin`, outermost first.
@@ -99,20 +112,11 @@ fn check_contrast(levels: &Levels) -> Result<(), Reject> {
 }
 
 /// Fits every edge. Those that are no ellipse are left out; an error if less than two remain.
-fn fit_all(
-    edges: &Edges<'_>,
-    pool: &mut Pool<'_>,
-    levels: &Levels,
-    blur: f32,
-    origin: &Origin,
-) -> Result<FittedList, Reject> {
+fn fit_all(source: &Source<'_, '_>) -> Result<FittedList, Reject> {
     let mut fitted = FittedList::new();
     let mut cause = Reject::Alone;
-    // What disturbs one edge does not disturb all.
-    let noise = (0..edges.edges.len())
-        .fold(f32::INFINITY, |least, k| least.min(edge::place(edges, k, pool, levels, blur)));
-    for edge in edges.edges {
-        match fit(edge, pool, origin, noise) {
+    for k in 0..source.edges.len() {
+        match fit(source, k) {
             Ok(fit) => {
                 let _ = fitted.push(fit);
             }
@@ -156,19 +160,65 @@ pub(crate) fn assemble(
     light: &Light,
     origin: &Origin,
 ) -> Result<Target, Reject> {
+    let forms = Forms::new(circles, light.plane, origin).ok_or(Reject::NotConcentric)?;
+    target(circles, &forms, settings, (light, origin))
+}
+
+/// The forms of the centre.
+struct Forms {
+    plain: Centre,
+    eq7: Centre,
+    exact: Centre,
+    auto: Centre,
+    /// How much of the correction `auto` makes.
+    share: f32,
+    known: Option<Known>,
+}
+
+impl Forms {
+    /// Of circles that were measured each by itself.
+    fn new(circles: &FittedList, plane: f32, origin: &Origin) -> Option<Self> {
+        let t = measured_perspective(circles)?;
+        let (auto, share) = significant(circles, t, plane)?;
+        Some(Self {
+            plain: Centre::of(circles.first()?),
+            eq7: combine(circles, 0.0)?,
+            exact: combine(circles, t)?,
+            auto,
+            share,
+            known: origin.lens().and_then(|lens| known(circles, lens, plane)),
+        })
+    }
+
+    /// Of circles that were measured together; `separate` are the same each by itself, for the known camera.
+    fn joint(joint: &Joint, separate: &FittedList, plane: f32, origin: &Origin) -> Option<Self> {
+        let Joint { circles, covariance } = joint;
+        let with = |t: f32| Some(Centre { covariance: *covariance, ..combine(circles, t)? });
+        let exact = with(measured_perspective(circles)?)?;
+        Some(Self {
+            plain: Centre::of(circles.first()?),
+            eq7: with(0.0)?,
+            exact,
+            auto: exact,
+            share: 1.0,
+            known: origin.lens().and_then(|lens| known(separate, lens, plane)),
+        })
+    }
+}
+
+fn target(
+    circles: &FittedList,
+    forms: &Forms,
+    settings: &Settings,
+    (light, origin): (&Light, &Origin),
+) -> Result<Target, Reject> {
     let outer = circles.first().ok_or(Reject::Alone)?;
-    let degenerate = Reject::NotConcentric;
     let (_, b) = outer.adjusted.shape.semi_axes();
     if b < limits::MIN_OUTER_SEMI_AXIS {
         return Err(Reject::TooSmall);
     }
-    let plain = Centre::of(outer);
-    let eq7 = combine(circles, 0.0).ok_or(degenerate)?;
-    let t = measured_perspective(circles).ok_or(degenerate)?;
-    let exact = combine(circles, t).ok_or(degenerate)?;
+    let Forms { plain, eq7, exact, auto, share, known } = *forms;
     let plane = light.plane;
-    let (auto, share) = significant(circles, t, plane).ok_or(degenerate)?;
-    let known = origin.lens().and_then(|lens| known(circles, lens, plane));
     let chosen = match settings.compensation {
         Compensation::None => plain,
         Compensation::Eq7 => eq7,
@@ -221,7 +271,7 @@ fn flags(circles: &FittedList, settings: &Settings, light: &Light) -> Flags {
         let (_, b) = circle.adjusted.shape.semi_axes();
         let square = circle.adjusted.rms * circle.adjusted.rms;
         flags.set(Flags::RESIDUAL, square > explained + limits::FLAG_RESIDUAL * limits::FLAG_RESIDUAL);
-        flags.set(Flags::OCCLUDED, circle.partial || circle.gap > limits::FLAG_GAP);
+        flags.set(Flags::OCCLUDED, circle.is_occluded());
         flags.set(Flags::CUT, circle.cut);
         flags.set(Flags::SMALL, b.min(outside - b) < limits::FLAG_SMALL);
         outside = b;

@@ -297,5 +297,14 @@ fn fitted(outline: &Outline, spread: &Spread, variance: f32, old: &Circle) -> Fi
     };
     let gap = math::round(old.gap * (PARTS as f32 / 360.0)).max(0) as u32;
     let dark_inside = outline.inside < 0.0;
-    Fitted { adjusted, dark_inside, partial: false, cut: false, gap, ratio: 1.0, measured_ratio: 1.0 }
+    Fitted {
+        adjusted,
+        edge: 0,
+        dark_inside,
+        partial: false,
+        cut: false,
+        gap,
+        ratio: 1.0,
+        measured_ratio: 1.0,
+    }
 }
