@@ -90,14 +90,19 @@ impl<'a, 'p> Source<'a, 'p> {
 pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
     let &Source { origin, noise, .. } = source;
     let edge = source.edges.get(k).ok_or(Reject::Alone)?;
+    if edge.partial {
+        return fit_arcs(source, k, edge);
+    }
     let places = source.crossings(k).filter_map(|crossing| edge_point(crossing, origin.pixel));
     let points = || source.points(k);
     let start = start(edge, places, origin)?;
+    let minor = start.semi_axes().1;
     let even = even_sectors(&start, source.crossings(k), origin, noise).ok_or(Reject::NotElliptic)?;
     let mut gate = Gate { limit: f32::INFINITY, sectors: even.0, even };
     let mut step = adjust(start, points(), &gate)?;
     for _ in 1..PASSES {
-        let next = Gate { limit: limits::OUTLIER * step.sigma, sectors: step.near.without_ends(), even };
+        let next =
+            Gate { limit: limits::OUTLIER * step.sigma, sectors: step.near.without_ends(minor).0, even };
         if step.farthest <= next.limit && gate.sectors & !next.sectors == 0 {
             break;
         }
@@ -105,27 +110,54 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
         step = adjust(step.adjusted.shape, points(), &gate)?;
     }
     let Step { adjusted, seen, .. } = step;
-    let (a, b) = adjusted.shape.semi_axes();
-    let gap = seen.longest_gap();
-    if gap > limits::MAX_GAP {
-        return Err(Reject::OpenOutline);
-    }
-    // What the gap leaves must be seen, and mostly be of this ellipse.
-    let expected = POINTS_PER_AXIS * math::sqrt(a * b) * (PARTS - gap) as f32 / PARTS as f32;
-    if f32::from(adjusted.points) < limits::MIN_POINTS_SHARE * expected {
-        return Err(Reject::NotElliptic);
-    }
-    // Also refuses NaN.
-    let share = if edge.partial { limits::PARTIAL_RMS } else { 1.0 };
-    if !(adjusted.rms <= share * (limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b)) {
-        return Err(Reject::NotElliptic);
-    }
+    let gap = seen.closed(minor).longest_gap();
+    judge(&adjusted, gap, edge.partial)?;
     // What the noise explains is independent.
     let explained = adjusted.rms <= EXPLAINED * noise;
     let factor = if explained { 1.0 } else { excess(&adjusted, points(), &gate) };
     let adjusted = adjusted.with_variance(factor);
     let Edge { dark_inside, partial, cut, .. } = *edge;
     Ok(Fitted { adjusted, edge: k, dark_inside, partial, cut, gap, ratio: 1.0, measured_ratio: 1.0 })
+}
+
+/// Whether what is seen of an ellipse makes it one.
+pub(super) fn judge(adjusted: &Adjusted, gap: u32, partial: bool) -> Result<(), Reject> {
+    if gap > limits::MAX_GAP {
+        return Err(Reject::OpenOutline);
+    }
+    let (a, b) = adjusted.shape.semi_axes();
+    // What the gap leaves must be seen, and mostly be of this ellipse.
+    let expected = POINTS_PER_AXIS * math::sqrt(a * b) * (PARTS - gap) as f32 / PARTS as f32;
+    if f32::from(adjusted.points) < limits::MIN_POINTS_SHARE * expected {
+        return Err(Reject::NotElliptic);
+    }
+    let share = if partial { limits::PARTIAL_RMS } else { 1.0 };
+    // Also refuses NaN.
+    if adjusted.rms <= share * (limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b) {
+        Ok(())
+    } else {
+        Err(Reject::NotElliptic)
+    }
+}
+
+/// A first ellipse of an edge of which only arcs are seen; what is seen of it is judged when it is fitted together with others.
+fn fit_arcs(source: &Source<'_, '_>, k: usize, edge: &Edge) -> Result<Fitted, Reject> {
+    let &Source { origin, noise, .. } = source;
+    let places = source.crossings(k).filter_map(|crossing| edge_point(crossing, origin.pixel));
+    let start = start(edge, places, origin)?;
+    let even = even_sectors(&start, source.crossings(k), origin, noise).ok_or(Reject::NotElliptic)?;
+    let mut gate = Gate { limit: f32::INFINITY, sectors: even.0, even };
+    let mut step = adjust(start, source.points(k), &gate)?;
+    for _ in 1..PASSES {
+        gate.limit = limits::OUTLIER * step.sigma;
+        if step.farthest <= gate.limit {
+            break;
+        }
+        step = adjust(step.adjusted.shape, source.points(k), &gate)?;
+    }
+    let Edge { dark_inside, partial, cut, .. } = *edge;
+    let adjusted = step.adjusted;
+    Ok(Fitted { adjusted, edge: k, dark_inside, partial, cut, gap: 0, ratio: 1.0, measured_ratio: 1.0 })
 }
 
 /// Edge point of a crossing about the origin, 1/256 px.
@@ -163,7 +195,7 @@ pub(super) fn even_sectors<'c>(
         crossing.edge_point().is_some_and(|point| f32::from(point.excess).abs() > limit)
     };
     if !crossings.clone().any(uneven) {
-        return Some(Sectors::all(shape.semi_axes().1));
+        return Some(Sectors(u128::MAX));
     }
     let adjustment = Adjustment::new(*shape)?;
     let mut light = SectorLight::new(shape.semi_axes().1);
@@ -203,8 +235,7 @@ struct Step {
 /// One step from `shape` with the points that pass `gate`.
 fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -> Result<Step, Reject> {
     let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
-    let none = Sectors::new(shape.semi_axes().1);
-    let (mut seen, mut near) = (none, none);
+    let (mut seen, mut near) = (Sectors(0), Sectors(0));
     let mut spread = Spread::default();
     let mut farthest = 0.0f32;
     let farthest_near = gate.limit.max(NEAR);
@@ -214,7 +245,7 @@ fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -
         if distance > farthest_near * farthest_near {
             continue;
         }
-        let sector = none.sector(point.u, point.v) & gate.even.0;
+        let sector = Sectors::sector(point.u, point.v) & gate.even.0;
         near.0 |= sector;
         if distance <= gate.limit * gate.limit {
             seen.0 |= sector;
@@ -233,12 +264,11 @@ fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -
 /// be if they were. Points that something displaces lie on one side of the ellipse together.
 fn excess(adjusted: &Adjusted, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -> f32 {
     let Some(adjustment) = Adjustment::new(adjusted.shape) else { return 1.0 };
-    let sectors = Sectors::new(adjusted.shape.semi_axes().1);
     let mut sums = SectorSums::new(adjusted.points);
     for (x, y) in points {
         let point = adjustment.view(x, y);
         let distance = point.distance();
-        if distance.abs() <= gate.limit && gate.sectors & sectors.sector(point.u, point.v) != 0 {
+        if distance.abs() <= gate.limit && gate.sectors & Sectors::sector(point.u, point.v) != 0 {
             sums.add(point.u, point.v, distance);
         }
     }

@@ -4,10 +4,12 @@
 //! ([`Concentric`]) takes most of that away.
 
 use super::combine::{combine, measured_perspective};
-use super::ellipse::{EXPLAINED, Fitted, FittedList, NEAR, PASSES, Source, even_sectors, list};
+use super::ellipse::{EXPLAINED, Fitted, FittedList, NEAR, PASSES, Source, even_sectors, judge};
 use super::sectors::{SectorSums, Sectors};
-use crate::fit::{Concentric, ConcentricAdjustment, ConcentricStep, Member, Spread};
-use crate::settings::{Settings, limits};
+use crate::fit::{Concentric, ConcentricAdjustment, ConcentricStep, Spread};
+use crate::math;
+use crate::reject::Reject;
+use crate::settings::limits;
 use crate::target::{Covariance, MAX_CIRCLES};
 use heapless::Vec;
 
@@ -19,137 +21,164 @@ pub(super) struct Joint {
     pub covariance: Covariance,
 }
 
-/// Which points of a circle are used.
-#[derive(Clone, Copy, Debug)]
-struct Gate {
-    size: f32,
-    sectors: u128,
-    even: Sectors,
-}
-
-/// What the points of a pass tell.
-struct Pass {
-    step: ConcentricStep,
-    /// By circle: sectors in which there are points of the edge.
-    near: Vec<Sectors, MAX_CIRCLES>,
-    farthest: f32,
-    sigma: f32,
-}
-
-/// Fits the `circles`, which are those of one target, together. `None` if they contradict that.
+/// Fits the `circles`, which are those of one target, together; `given` tells that their ratios are not measured.
 #[inline(never)]
-pub(super) fn joint(circles: &FittedList, source: &Source<'_, '_>, settings: &Settings) -> Option<Joint> {
-    let outer = circles.first()?.adjusted.shape;
-    let start = combine(circles, measured_perspective(circles)?)?;
-    let mut family =
-        Concentric::new(outer, (start.x, start.y)).or(Concentric::new(outer, (outer.cx, outer.cy)))?;
-    let mut ratios: Vec<f32, MAX_CIRCLES> = circles.iter().map(|circle| circle.ratio).collect();
-    let mut gates = Vec::<Gate, MAX_CIRCLES>::new();
-    for circle in circles {
-        let even =
-            even_sectors(&circle.adjusted.shape, source.crossings(circle.edge), source.origin, source.noise)?;
-        let _ = gates.push(Gate { size: 0.0, sectors: even.0, even });
-    }
-    let mut limit = f32::INFINITY;
-    let free = settings.spec.ratios().is_empty();
-    let mut last = None;
-    for _ in 0..PASSES {
-        let Pass { step, near, farthest, sigma } = pass(&family, circles, source, (&ratios, &gates, limit))?;
-        let next = limits::OUTLIER * sigma;
-        let mut settled = farthest <= next;
-        family = step.family;
-        for ((gate, near), (ratio, change)) in
-            gates.iter_mut().zip(near).zip(ratios.iter_mut().zip(&step.sizes))
-        {
-            let sectors = near.without_ends();
-            settled &= gate.sectors & !sectors == 0;
-            gate.sectors = sectors;
-            gate.size += change;
-            // Where the ratio is not given, the size tells it.
-            if free {
-                *ratio = crate::math::sqrt(*ratio * *ratio + gate.size);
-                gate.size = 0.0;
-            }
-        }
-        limit = next;
-        last = Some(step);
-        if settled {
-            break;
-        }
-    }
-    let step = last?;
-    let factor = excess(&family, circles, source, (&ratios, &gates, limit), step.rms)?;
+pub(super) fn joint(circles: &FittedList, source: &Source<'_, '_>, given: bool) -> Result<Joint, Reject> {
+    let mut fit = Fit::new(circles, source).ok_or(Reject::NotConcentric)?;
+    let step = fit.settle(given).ok_or(Reject::NotConcentric)?;
+    let explained = step.rms <= EXPLAINED * source.noise;
+    let factor = if explained { 1.0 } else { fit.excess() };
     let mut fitted = FittedList::new();
-    for ((circle, gate), &ratio) in circles.iter().zip(&gates).zip(&ratios) {
-        let mut circle = Fitted { ratio, ..*circle };
-        circle.adjusted.shape = family.member(ratio, gate.size).shape()?;
-        circle.adjusted.covariance = step.covariance(ratio).scaled(factor);
+    for arcs in &fit.arcs {
+        let mut circle = Fitted { ratio: arcs.ratio, ..arcs.circle };
+        let adjusted = &mut circle.adjusted;
+        adjusted.shape = fit.family.member(arcs.ratio, arcs.size).shape().ok_or(Reject::NotElliptic)?;
+        adjusted.covariance = step.covariance(arcs.ratio).scaled(factor);
+        adjusted.points = arcs.points;
+        adjusted.rms = math::sqrt(arcs.squares / f32::from(arcs.points.max(1)));
+        circle.gap = arcs.seen.closed(arcs.minor).longest_gap();
+        judge(&circle.adjusted, circle.gap, true)?;
         let _ = fitted.push(circle);
     }
-    Some(Joint { circles: list(fitted.into_iter()), covariance: step.covariance(0.0).scaled(factor) })
+    Ok(Joint { circles: fitted, covariance: step.covariance(0.0).scaled(factor) })
 }
 
-type Gates<'a> = (&'a [f32], &'a [Gate], f32);
-
-fn pass(
-    family: &Concentric,
-    circles: &FittedList,
-    source: &Source<'_, '_>,
-    (ratios, gates, limit): Gates<'_>,
-) -> Option<Pass> {
-    let mut adjustment = ConcentricAdjustment::new();
-    let mut all = Vec::new();
-    let mut spread = Spread::default();
-    let mut farthest = 0.0f32;
-    for ((circle, gate), &ratio) in circles.iter().zip(gates).zip(ratios) {
-        let member = family.member(ratio, gate.size);
-        let none = Sectors::new(member.shape()?.semi_axes().1);
-        let mut near = none;
-        adjustment.next_circle();
-        for (x, y) in source.points(circle.edge) {
-            let view = member.view(x, y);
-            let distance = view.distance().abs();
-            if distance > limit.max(NEAR) {
-                continue;
-            }
-            let sector = none.sector(view.u, view.v) & gate.even.0;
-            near.0 |= sector;
-            if distance <= limit && gate.sectors & sector != 0 {
-                adjustment.add(&member, &view);
-                farthest = farthest.max(distance);
-                spread.add(distance * distance);
-            }
-        }
-        let _ = all.push(near);
-    }
-    let step = adjustment.finish(family)?;
-    Some(Pass { step, near: all, farthest, sigma: spread.sigma() })
+/// The arcs of a circle.
+#[derive(Clone, Copy, Debug)]
+struct Arcs {
+    circle: Fitted,
+    ratio: f32,
+    /// w of [`Concentric`].
+    size: f32,
+    /// Semi-minor axis, px.
+    minor: f32,
+    /// Sectors in which the light is even, and those of which the points are used.
+    even: Sectors,
+    used: Sectors,
+    /// Sectors in which there are points within the limit, and such of the edge even if the ellipse was off.
+    seen: Sectors,
+    near: Sectors,
+    /// Number of points within the limit, and the sum of the squared distances of those that are used, px^2.
+    points: u16,
+    squares: f32,
 }
 
-/// Largest factor on the covariance because the residuals of a circle are not independent.
-fn excess(
-    family: &Concentric,
-    circles: &FittedList,
-    source: &Source<'_, '_>,
-    (ratios, gates, limit): Gates<'_>,
-    rms: f32,
-) -> Option<f32> {
-    if rms <= EXPLAINED * source.noise {
-        return Some(1.0);
-    }
-    let mut factor = 1.0f32;
-    for ((circle, gate), &ratio) in circles.iter().zip(gates).zip(ratios) {
-        let member: Member = family.member(ratio, gate.size);
-        let sectors = Sectors::new(member.shape()?.semi_axes().1);
-        let mut sums = SectorSums::new(circle.adjusted.points);
-        for (x, y) in source.points(circle.edge) {
-            let view = member.view(x, y);
-            let distance = view.distance();
-            if distance.abs() <= limit && gate.sectors & sectors.sector(view.u, view.v) != 0 {
-                sums.add(view.u, view.v, distance);
-            }
+/// A fit on its way.
+struct Fit<'a, 'p> {
+    source: &'a Source<'a, 'p>,
+    family: Concentric,
+    arcs: Vec<Arcs, MAX_CIRCLES>,
+    /// Largest distance of a point, px.
+    limit: f32,
+}
+
+impl<'a, 'p> Fit<'a, 'p> {
+    fn new(circles: &FittedList, source: &'a Source<'a, 'p>) -> Option<Self> {
+        let outer = circles.first()?.adjusted.shape;
+        let start = combine(circles, measured_perspective(circles)?)?;
+        // Arcs alone may put it anywhere.
+        let family = Concentric::new(outer, (start.x, start.y))
+            .or_else(|| Concentric::new(outer, (outer.cx, outer.cy)))?;
+        let mut arcs = Vec::new();
+        for circle in circles {
+            let shape = &circle.adjusted.shape;
+            let crossings = source.crossings(circle.edge);
+            let even = even_sectors(shape, crossings, source.origin, source.noise)?;
+            let none = Sectors(0);
+            let _ = arcs.push(Arcs {
+                circle: *circle,
+                ratio: circle.ratio,
+                size: 0.0,
+                minor: shape.semi_axes().1,
+                even,
+                used: even,
+                seen: none,
+                near: none,
+                points: 0,
+                squares: 0.0,
+            });
         }
-        factor = factor.max(sums.excess());
+        Some(Self { source, family, arcs, limit: f32::INFINITY })
     }
-    Some(factor)
+
+    /// Steps until the points that are used stay the same.
+    fn settle(&mut self, given: bool) -> Option<ConcentricStep> {
+        let mut last = None;
+        for _ in 0..PASSES {
+            let (step, farthest, sigma) = self.pass()?;
+            let limit = limits::OUTLIER * sigma;
+            let mut settled = farthest <= limit;
+            self.family = step.family;
+            for (arcs, change) in self.arcs.iter_mut().zip(&step.sizes) {
+                arcs.size += change;
+                if !given {
+                    // The size tells the ratio.
+                    arcs.ratio = math::sqrt(arcs.ratio * arcs.ratio + arcs.size);
+                    arcs.size = 0.0;
+                }
+                let used = arcs.near.without_ends(arcs.minor);
+                settled &= arcs.used.0 & !used.0 == 0;
+                arcs.used = used;
+            }
+            last = Some(step);
+            if settled {
+                break;
+            }
+            self.limit = limit;
+        }
+        last
+    }
+
+    /// A step, the distance of the farthest point that it used, and the robust standard deviation of these, px.
+    fn pass(&mut self) -> Option<(ConcentricStep, f32, f32)> {
+        let mut adjustment = ConcentricAdjustment::new();
+        let mut spread = Spread::default();
+        let (mut farthest, limit) = (0.0f32, self.limit);
+        for arcs in &mut self.arcs {
+            let member = self.family.member(arcs.ratio, arcs.size);
+            (arcs.seen, arcs.near, arcs.points, arcs.squares) = (Sectors(0), Sectors(0), 0, 0.0);
+            let mut used = 0u16;
+            adjustment.next_circle();
+            for (x, y) in self.source.points(arcs.circle.edge) {
+                let view = member.view(x, y);
+                let distance = view.distance().abs();
+                if distance > limit.max(NEAR) {
+                    continue;
+                }
+                let sector = Sectors::sector(view.u, view.v) & arcs.even.0;
+                arcs.near.0 |= sector;
+                if distance <= limit {
+                    arcs.seen.0 |= sector;
+                    arcs.points += u16::from(sector != 0);
+                    if arcs.used.0 & sector != 0 {
+                        adjustment.add(&member, &view);
+                        farthest = farthest.max(distance);
+                        spread.add(distance * distance);
+                        arcs.squares += distance * distance;
+                        used += 1;
+                    }
+                }
+            }
+            // As many as are seen would have.
+            arcs.squares *= f32::from(arcs.points) / f32::from(used.max(1));
+        }
+        Some((adjustment.finish(&self.family)?, farthest, spread.sigma()))
+    }
+
+    /// Largest factor on the covariance because the residuals of a circle are not independent.
+    fn excess(&self) -> f32 {
+        self.arcs.iter().fold(1.0, |factor: f32, arcs| {
+            let member = self.family.member(arcs.ratio, arcs.size);
+            let mut sums = SectorSums::new(arcs.points);
+            for (x, y) in self.source.points(arcs.circle.edge) {
+                let view = member.view(x, y);
+                let distance = view.distance();
+                let used = arcs.used.0 & Sectors::sector(view.u, view.v) != 0;
+                if distance.abs() <= self.limit && used {
+                    sums.add(view.u, view.v, distance);
+                }
+            }
+            factor.max(sums.excess())
+        })
+    }
 }

@@ -74,7 +74,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let circles = choose(&fitted, settings, width)?;
     let light = Light::new(&levels, blur.sigma, &circles);
     if circles.iter().any(Fitted::is_occluded) {
-        let joint = joint(&circles, &source, settings).ok_or(Reject::NotConcentric)?;
+        let joint = joint(&circles, &source, !settings.spec.ratios().is_empty())?;
         let forms = Forms::joint(&joint, &circles, light.plane, &origin).ok_or(Reject::NotConcentric)?;
         return target(&joint.circles, &forms, settings, (&light, &origin));
     }

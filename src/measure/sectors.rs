@@ -5,68 +5,74 @@ use crate::settings::limits;
 
 /// Gaps are counted in parts of a turn.
 pub(crate) const PARTS: u32 = 32;
-/// Shortest sector, px: each has two crossings or more of a whole outline.
-const SHORTEST: f32 = 2.9;
+/// Sectors of an ellipse.
+const SECTORS: u32 = 128;
+/// Shortest stretch of an outline without edge points that is a gap, px: where the outline bends most there may be none in
+/// half of that.
+const GAP: f32 = 5.0;
+/// What hides a part of the edge reaches so far beyond its own border in the profiles, px: blur, and samples beside the edge.
+const BORDER: f32 = 2.5;
 
 /// Sectors of an ellipse, one bit each.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sectors(pub u128, u32);
+pub(super) struct Sectors(pub u128);
 
 impl Sectors {
-    /// For an ellipse with this semi-minor axis, px: 16 to 128 sectors of about 3 to 6 px.
-    pub fn new(minor: f32) -> Self {
-        let fit = core::f32::consts::TAU * minor / SHORTEST;
-        let count = [128, 64, 32].into_iter().find(|&count| count as f32 <= fit);
-        Self(0, count.unwrap_or(16))
-    }
-
-    /// All of them.
-    pub fn all(minor: f32) -> Self {
-        let Self(_, count) = Self::new(minor);
-        Self(u128::MAX >> (128 - count), count)
-    }
-
     /// The bit of the sector of a point in the frame where the ellipse is the unit circle.
-    pub fn sector(&self, u: f32, v: f32) -> u128 {
-        let turn = math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI) + 1.0;
-        1 << ((turn * self.1 as f32) as u32 & (self.1 - 1))
+    pub fn sector(u: f32, v: f32) -> u128 {
+        1 << index(u, v, SECTORS)
     }
 
-    /// The same without those beside a gap. A single empty sector is none: where the outline bends most there may be no point
-    /// in it.
-    pub fn without_ends(&self) -> u128 {
-        let empty = self.empty();
-        let pairs = empty & self.turned(empty, 1);
-        self.0 & !self.beside(pairs | self.turned(pairs, self.1 - 1))
+    /// The same without short gaps, of an ellipse with this semi-minor axis, px.
+    pub fn closed(self, minor: f32) -> Self {
+        let steps = steps(0.5 * GAP, minor);
+        let mut sectors = self;
+        for _ in 0..steps {
+            sectors = sectors.grown();
+        }
+        for _ in 0..steps {
+            sectors = sectors.shrunk();
+        }
+        Self(sectors.0 | self.0)
     }
 
-    /// The sectors before and after these.
-    fn beside(&self, sectors: u128) -> u128 {
-        self.turned(sectors, 1) | self.turned(sectors, self.1 - 1)
+    /// The same without what is beside the gaps.
+    pub fn without_ends(self, minor: f32) -> Self {
+        (0..steps(BORDER, minor)).fold(self.closed(minor), |sectors, _| sectors.shrunk())
+    }
+
+    /// With the sectors before and after.
+    fn grown(self) -> Self {
+        Self(self.0 | self.0.rotate_left(1) | self.0.rotate_right(1))
+    }
+
+    /// Without the first and the last ones.
+    fn shrunk(self) -> Self {
+        Self(self.0 & self.0.rotate_left(1) & self.0.rotate_right(1))
     }
 
     /// Longest gap, in 32nds of a turn, rounded up.
-    pub fn longest_gap(&self) -> u32 {
-        let mut empty = self.empty();
+    pub fn longest_gap(self) -> u32 {
+        let mut empty = !self.0;
         let mut longest = 0;
-        while empty != 0 && longest < self.1 {
-            empty &= self.turned(empty, 1);
+        while empty != 0 && longest < SECTORS {
+            empty &= empty.rotate_left(1);
             longest += 1;
         }
-        (longest * PARTS).div_ceil(self.1.max(1))
+        (longest * PARTS).div_ceil(SECTORS)
     }
+}
 
-    fn empty(&self) -> u128 {
-        !self.0 & self.mask()
-    }
+/// Number of sectors in which a stretch of an ellipse with this semi-minor axis ends, px.
+fn steps(stretch: f32, minor: f32) -> u32 {
+    const SHARE: f32 = SECTORS as f32 / core::f32::consts::TAU;
+    (SHARE * stretch / minor.max(1.0) + 1.0) as u32
+}
 
-    fn mask(&self) -> u128 {
-        u128::MAX >> (128 - self.1.clamp(1, 128))
-    }
-
-    fn turned(&self, bits: u128, by: u32) -> u128 {
-        (bits << by | bits >> (self.1 - by)) & self.mask()
-    }
+/// Which of `count` sectors, a power of two, holds the point.
+fn index(u: f32, v: f32, count: u32) -> u32 {
+    let turn = math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI) + 1.0;
+    (turn * count as f32) as u32 & (count - 1)
 }
 
 /// Most and fewest sectors whose residuals are summed up, and points that each should have: fewer tell nothing of their
@@ -119,27 +125,28 @@ impl SectorSums {
     }
 }
 
-/// Most sectors.
-const MOST: usize = 128;
+/// Shortest sector in which the light is measured, px: each has two crossings or more of a whole outline.
+const SHORTEST: f32 = 2.9;
 
-/// Light beside the edge by sector.
+/// Light beside the edge by sector: 16 to 128 sectors of about 3 to 6 px.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SectorLight {
-    sectors: Sectors,
+    count: u32,
     /// Sum of the excess, 1/256 of the contrast, and number of edge points.
-    sums: [(i16, u8); MOST],
+    sums: [(i16, u8); SECTORS as usize],
 }
 
 impl SectorLight {
     /// For an ellipse with this semi-minor axis, px.
     pub fn new(minor: f32) -> Self {
-        Self { sectors: Sectors::new(minor), sums: [(0, 0); MOST] }
+        let fit = core::f32::consts::TAU * minor / SHORTEST;
+        let count = [128, 64, 32].into_iter().find(|&count| count as f32 <= fit).unwrap_or(16);
+        Self { count, sums: [(0, 0); SECTORS as usize] }
     }
 
     /// Adds the excess of a point.
     pub fn add(&mut self, u: f32, v: f32, excess: i8) {
-        let sector = self.sectors.sector(u, v);
-        if let Some((sum, count)) = self.sums.get_mut(sector.trailing_zeros() as usize) {
+        if let Some((sum, count)) = self.sums.get_mut(index(u, v, self.count) as usize) {
             *sum = sum.saturating_add(i16::from(excess));
             *count = count.saturating_add(1);
         }
@@ -151,24 +158,27 @@ impl SectorLight {
         let filled =
             || self.sums.iter().filter(|(_, count)| *count > 0).map(|&(sum, count)| mean(sum, count));
         let middle = median(filled).clamp(-limits::UNEVEN, limits::UNEVEN);
-        let (mut filled, mut uneven, mut suspect) = (0u128, 0u128, 0u128);
+        // Each of the sectors here is some of those of the mask.
+        let each = SECTORS / self.count;
+        let (mut filled, mut uneven, mut suspect) = (Sectors(0), Sectors(0), Sectors(0));
         for (i, &(sum, count)) in self.sums.iter().enumerate().filter(|(_, (_, count))| *count > 0) {
             let sigma = noise / math::sqrt(2.0 * f32::from(count));
             let excess = (mean(sum, count) - middle).abs();
-            let mark = |over: bool| u128::from(over) << i;
-            filled |= mark(true);
-            uneven |= mark(excess > limits::UNEVEN + limits::UNEVEN_SIGMAS * sigma);
-            suspect |= mark(excess > 0.2 * limits::UNEVEN + sigma);
+            let bits = (u128::MAX >> (SECTORS - each)) << (i as u32 * each % SECTORS);
+            let mark = |sectors: &mut Sectors, over: bool| sectors.0 |= if over { bits } else { 0 };
+            mark(&mut filled, true);
+            mark(&mut uneven, excess > limits::UNEVEN + limits::UNEVEN_SIGMAS * sigma);
+            mark(&mut suspect, excess > 0.2 * limits::UNEVEN + sigma);
         }
         // Glare and shadows have no border: what is beside uneven light is judged by less.
-        for _ in 0..self.sectors.1 {
-            let grown = uneven | (self.sectors.beside(uneven) & suspect);
-            if grown == uneven {
+        for _ in 0..SECTORS {
+            let grown = Sectors(uneven.0 | (uneven.grown().0 & suspect.0));
+            if grown.0 == uneven.0 {
                 break;
             }
             uneven = grown;
         }
-        Sectors(filled & !uneven, self.sectors.1)
+        Sectors(filled.0 & !uneven.0)
     }
 }
 

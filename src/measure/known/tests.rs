@@ -79,6 +79,7 @@ impl Scene {
         let mut adjustment = Adjustment::new(shape).unwrap();
         points.iter().for_each(|&(x, y)| adjustment.add(&adjustment.view(x, y)));
         Fitted {
+            edge: 0,
             adjusted: adjustment.finish().unwrap(),
             dark_inside: ratio == 1.0,
             partial: false,
