@@ -16,7 +16,7 @@ mod spread;
 mod sums;
 
 pub(crate) use adjust::{Adjusted, Adjustment, CENTRE_TERMS};
-pub(crate) use concentric::{Concentric, ConcentricAdjustment, ConcentricStep, Member};
+pub(crate) use concentric::{Concentric, ConcentricAdjustment, ConcentricStep};
 pub(crate) use rough::Rough;
 pub(crate) use shape::{Frame, Shape};
 pub(crate) use solve::{Factor, Matrix};

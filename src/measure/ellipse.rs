@@ -18,6 +18,8 @@ pub(super) const PASSES: usize = 6;
 pub(super) const EXPLAINED: f32 = 2.2;
 /// Edge points of a whole circle for each px of its radius: one for each row or column that it passes less steeply than the other.
 const POINTS_PER_AXIS: f32 = 5.66;
+/// Farthest that an edge point may lie from a first ellipse that is similar to that of another circle, px.
+const SIMILAR: f32 = 3.0;
 /// Distance from an ellipse, px, within which a point is one of its edge, though perhaps displaced.
 pub(super) const NEAR: f32 = 0.25;
 
@@ -158,6 +160,33 @@ fn fit_arcs(source: &Source<'_, '_>, k: usize, edge: &Edge) -> Result<Fitted, Re
     let Edge { dark_inside, partial, cut, .. } = *edge;
     let adjusted = step.adjusted;
     Ok(Fitted { adjusted, edge: k, dark_inside, partial, cut, gap: 0, ratio: 1.0, measured_ratio: 1.0 })
+}
+
+/// Fits the arcs of an edge once more, as an ellipse similar to that of a circle concentric with it, if there are any near
+/// such a one.
+pub(super) fn fit_similar(source: &Source<'_, '_>, fitted: &mut Fitted, reference: &Shape) {
+    let k = fitted.edge;
+    let (sum, count) = source.points(k).fold((0.0, 0.0), |(sum, count), (x, y)| {
+        (sum + math::sqrt(reference.square(x - reference.cx, y - reference.cy)), count + 1.0)
+    });
+    let mut shape = reference.grown(sum / count);
+    let mut limit = SIMILAR;
+    for _ in 0..PASSES {
+        let Some(mut adjustment) = Adjustment::new(shape) else { return };
+        let mut spread = Spread::default();
+        for (x, y) in source.points(k) {
+            let point = adjustment.view(x, y);
+            let distance = point.square_distance();
+            if distance <= limit * limit {
+                adjustment.add(&point);
+                spread.add(distance);
+            }
+        }
+        let Some(next) = adjustment.similar() else { return };
+        shape = next;
+        limit = (limits::OUTLIER * spread.sigma()).clamp(NEAR, limit);
+    }
+    fitted.adjusted.shape = shape;
 }
 
 /// Edge point of a crossing about the origin, 1/256 px.

@@ -25,7 +25,7 @@ use choose::choose;
 pub(crate) use choose::concentric;
 use combine::{Centre, combine, measured_perspective, significant};
 pub(crate) use ellipse::{Fitted, FittedList};
-use ellipse::{Source, fit};
+use ellipse::{Source, fit, fit_similar};
 use heapless::Vec;
 use joint::{Joint, joint};
 use known::{Known, known};
@@ -40,7 +40,8 @@ const BLUR_GUESS: f32 = 0.8;
 /// Measures the target whose outermost outline is `head`.
 pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings) -> Result<Target, Reject> {
     let origin = scanner.outlines.get(head).map(candidate::origin).ok_or(Reject::BufferFull)?;
-    let edges = collect(head, origin, scanner)?;
+    let given = !settings.spec.ratios().is_empty();
+    let edges = collect(head, origin, scanner, given)?;
     if edges.len() < 2 {
         return Err(Reject::Alone);
     }
@@ -74,7 +75,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let circles = choose(&fitted, settings, width)?;
     let light = Light::new(&levels, blur.sigma, &circles);
     if circles.iter().any(Fitted::is_occluded) {
-        let joint = joint(&circles, &source, !settings.spec.ratios().is_empty())?;
+        let joint = joint(&circles, &source, given)?;
         let forms = Forms::joint(&joint, &circles, light.plane, &origin).ok_or(Reject::NotConcentric)?;
         return target(&joint.circles, &forms, settings, (&light, &origin));
     }
@@ -82,7 +83,12 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
 }
 
 /// The outlines of the chain as edges about `origin`, outermost first.
-fn collect(head: u16, origin: (u16, u16), scanner: &Scanner<'_>) -> Result<Vec<Edge, MAX_CIRCLES>, Reject> {
+fn collect(
+    head: u16,
+    origin: (u16, u16),
+    scanner: &Scanner<'_>,
+    given: bool,
+) -> Result<Vec<Edge, MAX_CIRCLES>, Reject> {
     let mut edges = Vec::new();
     let mut at = head;
     while let Some(outline) = scanner.outlines.get(at) {
@@ -92,7 +98,13 @@ fn collect(head: u16, origin: (u16, u16), scanner: &Scanner<'_>) -> Result<Vec<E
         }
         if outline.open {
             // A mark in the middle can be one; the target around it is none the worse.
-            if edges.len() >= 2 { break } else { return Err(Reject::OpenOutline) }
+            if edges.len() >= 2 {
+                break;
+            }
+            // Nor does it matter where the ratios are known: a letter has others.
+            if !given {
+                return Err(Reject::OpenOutline);
+            }
         }
         let own = candidate::origin(outline);
         let shift = |own: u16, origin: u16| (i32::from(origin) - i32::from(own)) as f32;
@@ -121,6 +133,13 @@ fn fit_all(source: &Source<'_, '_>) -> Result<FittedList, Reject> {
                 let _ = fitted.push(fit);
             }
             Err(reject) => cause = reject,
+        }
+    }
+    let reference =
+        fitted.iter().max_by_key(|fit| fit.adjusted.points).map(|fit| (fit.edge, fit.adjusted.shape));
+    if let Some((edge, shape)) = reference {
+        for fit in fitted.iter_mut().filter(|fit| fit.partial && fit.edge != edge) {
+            fit_similar(source, fit, &shape);
         }
     }
     if fitted.len() < 2 { Err(cause) } else { Ok(fitted) }
