@@ -1,7 +1,7 @@
 //! The levels of a target: one dark and one bright level under one plane of illumination.
 
 use super::{Blur, Edges, Local, Outer, mean_tail, normal};
-use crate::fit::{Factor, Matrix, Shape};
+use crate::fit::{Factor, Matrix, Shape, Spread};
 use crate::math;
 use crate::scan::{Crossing, Pool};
 
@@ -10,6 +10,9 @@ const OUTLIER: f32 = 0.25;
 /// The same in the last pass, with room for this many standard deviations of the noise.
 const LAST_OUTLIER: f32 = 0.04;
 const LAST_OUTLIER_SIGMAS: f32 = 4.0;
+/// The same where something lies before the target, with room for this many robust standard deviations of the residuals.
+const COVERED_OUTLIER: f32 = 0.01;
+const COVERED_OUTLIER_SIGMAS: f32 = 3.0;
 /// Pixels whose levels are independent of each other where something lies before the target: eight places of eight pixels.
 const INDEPENDENT: f32 = 64.0;
 /// Standard deviation of the light's slope along either axis where a level is clipped, relative change over the outer
@@ -29,6 +32,8 @@ pub(crate) struct Levels {
     slopes: (f32, f32, f32),
     /// Standard deviation of the samples about the levels of the pass before, grey levels.
     pub noise: f32,
+    /// The same without what most of them do not show.
+    spread: f32,
     /// Pixels in the samples, each as far as it counted.
     pixels: f32,
     /// More than one far sample in ten at the end of the grey scale.
@@ -46,6 +51,7 @@ impl Levels {
             gy: 0.0,
             slopes: (0.0, 0.0, 0.0),
             noise: 0.0,
+            spread: 0.0,
             pixels: 0.0,
             clipped: false,
         };
@@ -53,14 +59,19 @@ impl Levels {
         let first = unknown.refine(edges, pool, &blur, Pass::First)?;
         let mean = 0.5 * (first.dark + first.bright);
         let levels = Self { gx: first.gx / mean, gy: first.gy / mean, ..first };
-        levels.refine(edges, pool, &blur, Pass::Robust { every: false })
+        levels.refine(edges, pool, &blur, Pass::Look)
     }
 
     /// The levels by least squares over the samples of every crossing, each with the lightness that the ellipses and the
     /// blur give it. Shading is multiplicative, so the plane's slope is proportional to the level. What is
     /// far from `self` is left out.
     pub fn refined(&self, edges: &Edges<'_>, pool: &Pool<'_>, blur: &Blur) -> Option<Self> {
-        self.refine(edges, pool, blur, Pass::Robust { every: true })
+        self.refine(edges, pool, blur, Pass::All)
+    }
+
+    /// The same where something lies before the target: without what is far from most.
+    pub fn uncovered(&self, edges: &Edges<'_>, pool: &Pool<'_>, blur: &Blur) -> Option<Self> {
+        self.refine(edges, pool, blur, Pass::Covered)
     }
 
     /// The same where something lies before the target, whose residuals are not independent: as if there were only so many of
@@ -111,14 +122,13 @@ impl Levels {
         let scale = edges.edges.first().map(|outer| 1.0 / outer.shape.semi_axes().0)?;
         let limit = match pass {
             Pass::First => f32::INFINITY,
-            Pass::Robust { every: false } => OUTLIER * self.contrast(),
-            Pass::Robust { every: true } => {
-                (LAST_OUTLIER + LAST_OUTLIER_SIGMAS * noise).min(OUTLIER) * self.contrast()
-            }
+            Pass::Look => OUTLIER * self.contrast(),
+            Pass::All => (LAST_OUTLIER + LAST_OUTLIER_SIGMAS * noise).min(OUTLIER) * self.contrast(),
+            Pass::Covered => COVERED_OUTLIER * self.contrast() + COVERED_OUTLIER_SIGMAS * self.spread,
         };
         for (k, edge) in edges.edges.iter().enumerate() {
             let Some(views) = edges.views(k) else { continue };
-            let stride = if pass == (Pass::Robust { every: true }) { 1 } else { edge.stride() };
+            let stride = if matches!(pass, Pass::All | Pass::Covered) { 1 } else { edge.stride() };
             for crossing in pool.iter(edge.crossings).step_by(stride) {
                 let Some(local) = views.local(crossing) else { continue };
                 let samples = Samples::new(&local, crossing, sigma);
@@ -128,6 +138,7 @@ impl Levels {
                     let mixed = self.mixed(sample.lightness);
                     let expected = mixed * (1.0 + self.gx * x + self.gy * y);
                     let residual = sample.level - expected;
+                    normals.spread.add(residual * residual);
                     if residual.abs() < limit {
                         normals.add(&sample, (mixed * x * scale, mixed * y * scale), residual);
                     }
@@ -163,8 +174,12 @@ impl Scale {
 enum Pass {
     /// Few of the crossings, all of their samples.
     First,
-    /// Few or all of the crossings, without outliers.
-    Robust { every: bool },
+    /// Few of the crossings, without outliers.
+    Look,
+    /// All of the crossings, without outliers.
+    All,
+    /// The same where something covers a part of the target.
+    Covered,
 }
 
 /// A mean grey level with the lightness that it should have.
@@ -240,6 +255,7 @@ struct Normals {
     /// Weighted sum of the squared residuals of the pass before, and of the weights, for one pixel.
     squares: f32,
     weights: f32,
+    spread: Spread,
     samples: u32,
     clipped: u32,
 }
@@ -288,6 +304,7 @@ impl Normals {
             gy: gy * scale,
             slopes: (xx, xy, yy),
             noise: math::sqrt(variance),
+            spread: self.spread.sigma(),
             // The first two terms of each sample sum to 1.
             pixels: self.m[0][0] + 2.0 * self.m[0][1] + self.m[1][1],
             clipped,

@@ -59,9 +59,9 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
         if !disturbed(&levels, &blur) {
             break;
         }
-        blur = edge::measure_blur(&edges, pool, &levels);
-        levels = levels.refined(&edges, pool, &blur).ok_or(Reject::LowContrast)?;
+        levels = levels.uncovered(&edges, pool, &blur).ok_or(Reject::LowContrast)?;
         check_contrast(&levels)?;
+        blur = edge::measure_blur(&edges, pool, &levels);
     }
     if disturbed(&levels, &blur) {
         levels = levels.disturbed();

@@ -11,7 +11,7 @@ const SECTORS: u32 = 128;
 /// half of that.
 const GAP: f32 = 5.0;
 /// What hides a part of the edge reaches so far beyond its own border in the profiles, px: blur, and samples beside the edge.
-const BORDER: f32 = 2.5;
+const BORDER: f32 = 1.4;
 
 /// Sectors of an ellipse, one bit each.
 #[derive(Clone, Copy, Debug)]
