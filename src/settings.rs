@@ -242,6 +242,8 @@ pub(crate) mod limits {
     pub const PARTIAL_RMS: f32 = 0.5;
     /// Largest share of the outline without edge points, in sectors of 32: above it the ellipse is a guess.
     pub const MAX_GAP: u32 = 16;
+    /// The same where the circles are fitted together.
+    pub const MAX_GAP_TOGETHER: u32 = 20;
     /// Share that sets the flag `OCCLUDED`.
     pub const FLAG_GAP: u32 = 3;
     /// Residual of an ellipse above which the flag `RESIDUAL` is set, px, if there is no noise: what a good print and the

@@ -106,6 +106,12 @@ pub(crate) fn take(
     Some(taken)
 }
 
+/// Where the edge passes a crossing about `origin`, px, by linear interpolation.
+pub(crate) fn place(crossing: &Crossing, origin: (u16, u16)) -> (f32, f32) {
+    let Point { x, y, .. } = Point::new(crossing, origin);
+    (x, y)
+}
+
 /// Share of some of the crossings that are not near the arc's ellipse.
 pub(crate) fn share_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> f32 {
     let points = Points::fewest(list, pool, origin);

@@ -132,7 +132,8 @@ impl Levels {
             for crossing in pool.iter(edge.crossings).step_by(stride) {
                 let Some(local) = views.local(crossing) else { continue };
                 let samples = Samples::new(&local, crossing, sigma);
-                for sample in [samples.better_of(0, 1), samples.better_of(3, 2)] {
+                let nearest = pass == Pass::Covered;
+                for sample in [samples.better_of((0, 1), nearest), samples.better_of((3, 2), nearest)] {
                     normals.count_clipped(sample.far_level, self.noise);
                     let (x, y) = local.point(sample.place);
                     let mixed = self.mixed(sample.lightness);
@@ -232,9 +233,10 @@ impl Samples {
         Self { places, levels, lightness, flatness, pixels }
     }
 
-    /// The far stretch of a side if it is clear of all edges, or else the near sample.
-    fn better_of(&self, far: usize, near: usize) -> Sample {
-        let clear = self.flatness[far] > CLEAR;
+    /// The far stretch of a side if it is clear of all edges, or else the near sample; always that where it is to be the
+    /// `nearest`, because it reaches less far to what covers the target.
+    fn better_of(&self, (far, near): (usize, usize), nearest: bool) -> Sample {
+        let clear = self.flatness[far] > CLEAR && !nearest;
         let pick = |values: &[f32; 4]| if clear { values[far] } else { values[near] };
         Sample {
             place: pick(&self.places),

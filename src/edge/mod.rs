@@ -52,6 +52,11 @@ impl Edge {
         Self { shape, minor, dark_inside: outline.moments.area > 0, partial, cut, crossings }
     }
 
+    /// The same with a better ellipse.
+    pub fn with_shape(&self, shape: Shape) -> Self {
+        Self { shape, minor: shape.semi_axes().1, ..*self }
+    }
+
     /// Every how many crossings one is taken for what the whole target shares: an odd number, because a row leaves one on
     /// the left and one on the right, and an even one would take only one side.
     fn stride(&self) -> usize {

@@ -2,6 +2,7 @@
 
 use super::origin::Origin;
 use super::sectors::{PARTS, SectorLight, SectorSums, Sectors};
+use crate::arcs;
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Spread, Sums};
 use crate::math;
@@ -18,8 +19,6 @@ pub(super) const PASSES: usize = 6;
 pub(super) const EXPLAINED: f32 = 2.2;
 /// Edge points of a whole circle for each px of its radius: one for each row or column that it passes less steeply than the other.
 const POINTS_PER_AXIS: f32 = 5.66;
-/// Farthest that an edge point may lie from a first ellipse that is similar to that of another circle, px.
-const SIMILAR: f32 = 3.0;
 /// Distance from an ellipse, px, within which a point is one of its edge, though perhaps displaced.
 pub(super) const NEAR: f32 = 0.25;
 
@@ -66,7 +65,7 @@ pub(super) struct Source<'a, 'p> {
     pub edges: &'a [Edge],
     pub pool: &'a Pool<'p>,
     pub origin: &'a Origin,
-    /// Noise of their samples in units of the contrast.
+    /// Noise of their samples in units of the contrast; infinite where they are not placed yet.
     pub noise: f32,
 }
 
@@ -74,17 +73,25 @@ impl<'a, 'p> Source<'a, 'p> {
     /// The crossings of edge `k` whose profile is that of an edge.
     pub fn crossings(&self, k: usize) -> impl Iterator<Item = &'a Crossing> + Clone + use<'a, 'p> {
         let tolerance = 256.0 * (limits::MISFIT + limits::MISFIT_SIGMAS * self.noise);
-        let list = self.edges.get(k).map_or(CrossingList::EMPTY, |edge| edge.crossings);
-        self.pool.iter(list).filter(move |crossing| {
+        self.all(k).filter(move |crossing| {
             crossing.edge_point().is_some_and(|point| f32::from(point.misfit) <= tolerance)
         })
     }
 
-    /// Their edge points about the origin, px.
+    fn all(&self, k: usize) -> impl Iterator<Item = &'a Crossing> + Clone + use<'a, 'p> {
+        self.pool.iter(self.edges.get(k).map_or(CrossingList::EMPTY, |edge| edge.crossings))
+    }
+
+    /// Their edge points about the origin, px; by linear interpolation where they are not placed yet.
     pub fn points(&self, k: usize) -> impl Iterator<Item = (f32, f32)> + use<'a, 'p> {
         let origin = self.origin;
-        let places = self.crossings(k).filter_map(|crossing| edge_point(crossing, origin.pixel));
-        places.filter_map(|point| origin.undistorted(point))
+        let placed = self.noise.is_finite();
+        let rough = self.all(k).filter(move |_| !placed).map(|crossing| arcs::place(crossing, origin.pixel));
+        let fine = self
+            .crossings(k)
+            .filter(move |_| placed)
+            .filter_map(|crossing| origin.undistorted(edge_point(crossing, origin.pixel)?));
+        rough.chain(fine)
     }
 }
 
@@ -113,7 +120,7 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
     }
     let Step { adjusted, seen, .. } = step;
     let gap = seen.closed(minor).longest_gap();
-    judge(&adjusted, gap, edge.partial)?;
+    judge(&adjusted, gap, false)?;
     // What the noise explains is independent.
     let explained = adjusted.rms <= EXPLAINED * noise;
     let factor = if explained { 1.0 } else { excess(&adjusted, points(), &gate) };
@@ -123,8 +130,8 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
 }
 
 /// Whether what is seen of an ellipse makes it one.
-pub(super) fn judge(adjusted: &Adjusted, gap: u32, partial: bool) -> Result<(), Reject> {
-    if gap > limits::MAX_GAP {
+pub(super) fn judge(adjusted: &Adjusted, gap: u32, together: bool) -> Result<(), Reject> {
+    if gap > if together { limits::MAX_GAP_TOGETHER } else { limits::MAX_GAP } {
         return Err(Reject::OpenOutline);
     }
     let (a, b) = adjusted.shape.semi_axes();
@@ -133,7 +140,7 @@ pub(super) fn judge(adjusted: &Adjusted, gap: u32, partial: bool) -> Result<(), 
     if f32::from(adjusted.points) < limits::MIN_POINTS_SHARE * expected {
         return Err(Reject::NotElliptic);
     }
-    let share = if partial { limits::PARTIAL_RMS } else { 1.0 };
+    let share = if together { limits::PARTIAL_RMS } else { 1.0 };
     // Also refuses NaN.
     if adjusted.rms <= share * (limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b) {
         Ok(())
@@ -142,51 +149,27 @@ pub(super) fn judge(adjusted: &Adjusted, gap: u32, partial: bool) -> Result<(), 
     }
 }
 
-/// A first ellipse of an edge of which only arcs are seen; what is seen of it is judged when it is fitted together with others.
+/// A first ellipse of an edge of which only arcs are seen: that of [`rough`](super::joint::rough), unless a lens bends it. What is
+/// seen of it is judged when it is fitted together with others.
 fn fit_arcs(source: &Source<'_, '_>, k: usize, edge: &Edge) -> Result<Fitted, Reject> {
-    let &Source { origin, noise, .. } = source;
-    let places = source.crossings(k).filter_map(|crossing| edge_point(crossing, origin.pixel));
-    let start = start(edge, places, origin)?;
-    let even = even_sectors(&start, source.crossings(k), origin, noise).ok_or(Reject::NotElliptic)?;
-    let mut gate = Gate { limit: f32::INFINITY, sectors: even.0, even };
-    let mut step = adjust(start, source.points(k), &gate)?;
-    for _ in 1..PASSES {
-        gate.limit = limits::OUTLIER * step.sigma;
-        if step.farthest <= gate.limit {
-            break;
-        }
-        step = adjust(step.adjusted.shape, source.points(k), &gate)?;
-    }
+    let places = source.crossings(k).filter_map(|crossing| edge_point(crossing, source.origin.pixel));
+    let start = start(edge, places, source.origin)?;
+    let gate = Gate { limit: f32::INFINITY, sectors: u128::MAX, even: Sectors(u128::MAX) };
+    let mut adjusted = adjust(start, source.points(k), &gate)?.adjusted;
+    adjusted.shape = start;
     let Edge { dark_inside, partial, cut, .. } = *edge;
-    let adjusted = step.adjusted;
     Ok(Fitted { adjusted, edge: k, dark_inside, partial, cut, gap: 0, ratio: 1.0, measured_ratio: 1.0 })
 }
 
-/// Fits the arcs of an edge once more, as an ellipse similar to that of a circle concentric with it, if there are any near
-/// such a one.
-pub(super) fn fit_similar(source: &Source<'_, '_>, fitted: &mut Fitted, reference: &Shape) {
-    let k = fitted.edge;
-    let (sum, count) = source.points(k).fold((0.0, 0.0), |(sum, count), (x, y)| {
-        (sum + math::sqrt(reference.square(x - reference.cx, y - reference.cy)), count + 1.0)
-    });
-    let mut shape = reference.grown(sum / count);
-    let mut limit = SIMILAR;
-    for _ in 0..PASSES {
-        let Some(mut adjustment) = Adjustment::new(shape) else { return };
-        let mut spread = Spread::default();
-        for (x, y) in source.points(k) {
-            let point = adjustment.view(x, y);
-            let distance = point.square_distance();
-            if distance <= limit * limit {
-                adjustment.add(&point);
-                spread.add(distance);
-            }
-        }
-        let Some(next) = adjustment.similar() else { return };
-        shape = next;
-        limit = (limits::OUTLIER * spread.sigma()).clamp(NEAR, limit);
-    }
-    fitted.adjusted.shape = shape;
+/// The ellipse of edge `k` by itself with the points up to `limit` px from `shape` in some sectors, which is near it.
+pub(super) fn alone(
+    source: &Source<'_, '_>,
+    k: usize,
+    shape: Shape,
+    (limit, used): (f32, Sectors),
+) -> Option<Adjusted> {
+    let gate = Gate { limit, sectors: used.0, even: used };
+    Some(adjust(shape, source.points(k), &gate).ok()?.adjusted)
 }
 
 /// Edge point of a crossing about the origin, 1/256 px.

@@ -4,11 +4,14 @@
 //! ([`Concentric`]) takes most of that away.
 
 use super::combine::{combine, measured_perspective};
-use super::ellipse::{EXPLAINED, Fitted, FittedList, NEAR, PASSES, Source, even_sectors, judge};
+use super::ellipse::{EXPLAINED, Fitted, FittedList, NEAR, PASSES, Source, alone, even_sectors, judge};
+use super::origin::Origin;
 use super::sectors::{SectorSums, Sectors};
-use crate::fit::{Concentric, ConcentricAdjustment, ConcentricStep, Spread};
+use crate::edge::Edge;
+use crate::fit::{Adjusted, Concentric, ConcentricAdjustment, ConcentricStep, Shape, Spread};
 use crate::math;
 use crate::reject::Reject;
+use crate::scan::Pool;
 use crate::settings::limits;
 use crate::target::{Covariance, MAX_CIRCLES};
 use heapless::Vec;
@@ -17,8 +20,37 @@ use heapless::Vec;
 #[derive(Clone, Debug)]
 pub(super) struct Joint {
     pub circles: FittedList,
+    /// The same, each then fitted by itself.
+    pub separate: FittedList,
     /// Of the true centre, px^2.
     pub covariance: Covariance,
+}
+
+/// Better ellipses for edges of which only arcs are seen, from crossings that are not placed yet. The search has fitted each by
+/// itself, and a short one to what cuts it as well.
+#[inline(never)]
+pub(super) fn rough(edges: &mut [Edge], pool: &Pool<'_>, origin: &Origin) {
+    let source = Source { edges, pool, origin, noise: f32::INFINITY };
+    let most = edges.iter().enumerate().max_by_key(|(_, edge)| edge.crossings.len());
+    let Some((reference, shape)) = most.map(|(k, edge)| (k, edge.shape)) else { return };
+    let Some(family) = Concentric::new(shape, (shape.cx, shape.cy)) else { return };
+    let mut fit = Fit { source: &source, family, arcs: Vec::new(), limit: f32::INFINITY };
+    fit.add(reference, 1.0, Sectors(u128::MAX));
+    for (k, _) in edges.iter().enumerate().filter(|(k, edge)| edge.partial && *k != reference) {
+        let (sum, count) = source.points(k).fold((0.0, 0.0), |(sum, count), (x, y)| {
+            (sum + math::sqrt(shape.square(x - shape.cx, y - shape.cy)), count + 1.0)
+        });
+        fit.add(k, sum / count, Sectors(u128::MAX));
+    }
+    if fit.settle(false).is_none() {
+        return;
+    }
+    let shapes: Vec<_, MAX_CIRCLES> = fit.arcs.iter().map(|arcs| (arcs.edge, fit.shape(arcs))).collect();
+    for (k, shape) in shapes {
+        if let (Some(edge), Some(shape)) = (edges.get_mut(k).filter(|edge| edge.partial), shape) {
+            *edge = edge.with_shape(shape);
+        }
+    }
 }
 
 /// Fits the `circles`, which are those of one target, together; `given` tells that their ratios are not measured.
@@ -28,25 +60,31 @@ pub(super) fn joint(circles: &FittedList, source: &Source<'_, '_>, given: bool) 
     let step = fit.settle(given).ok_or(Reject::NotConcentric)?;
     let explained = step.rms <= EXPLAINED * source.noise;
     let factor = if explained { 1.0 } else { fit.excess() };
-    let mut fitted = FittedList::new();
-    for arcs in &fit.arcs {
-        let mut circle = Fitted { ratio: arcs.ratio, ..arcs.circle };
-        let adjusted = &mut circle.adjusted;
-        adjusted.shape = fit.family.member(arcs.ratio, arcs.size).shape().ok_or(Reject::NotElliptic)?;
-        adjusted.covariance = step.covariance(arcs.ratio).scaled(factor);
-        adjusted.points = arcs.points;
-        adjusted.rms = math::sqrt(arcs.squares / f32::from(arcs.points.max(1)));
+    let (mut together, mut separate) = (FittedList::new(), FittedList::new());
+    for (circle, arcs) in circles.iter().zip(&fit.arcs) {
+        let mut circle = Fitted { ratio: arcs.ratio, ..*circle };
         circle.gap = arcs.seen.closed(arcs.minor).longest_gap();
+        let shape = fit.shape(arcs).ok_or(Reject::NotElliptic)?;
+        circle.adjusted = Adjusted {
+            shape,
+            covariance: step.covariance(arcs.ratio).scaled(factor),
+            points: arcs.points,
+            rms: math::sqrt(arcs.squares / f32::from(arcs.points.max(1))),
+            ..circle.adjusted
+        };
         judge(&circle.adjusted, circle.gap, true)?;
-        let _ = fitted.push(circle);
+        let _ = together.push(circle);
+        if let Some(adjusted) = alone(source, arcs.edge, shape, (fit.limit, arcs.used)) {
+            let _ = separate.push(Fitted { adjusted: adjusted.with_variance(factor), ..circle });
+        }
     }
-    Ok(Joint { circles: fitted, covariance: step.covariance(0.0).scaled(factor) })
+    Ok(Joint { circles: together, separate, covariance: step.covariance(0.0).scaled(factor) })
 }
 
 /// The arcs of a circle.
 #[derive(Clone, Copy, Debug)]
 struct Arcs {
-    circle: Fitted,
+    edge: usize,
     ratio: f32,
     /// w of [`Concentric`].
     size: f32,
@@ -58,7 +96,7 @@ struct Arcs {
     /// Sectors in which there are points within the limit, and such of the edge even if the ellipse was off.
     seen: Sectors,
     near: Sectors,
-    /// Number of points within the limit, and the sum of the squared distances of those that are used, px^2.
+    /// Number of points within the limit, and as many times the mean squared distance of those that are used, px^2.
     points: u16,
     squares: f32,
 }
@@ -79,26 +117,25 @@ impl<'a, 'p> Fit<'a, 'p> {
         // Arcs alone may put it anywhere.
         let family = Concentric::new(outer, (start.x, start.y))
             .or_else(|| Concentric::new(outer, (outer.cx, outer.cy)))?;
-        let mut arcs = Vec::new();
+        let mut fit = Self { source, family, arcs: Vec::new(), limit: f32::INFINITY };
         for circle in circles {
-            let shape = &circle.adjusted.shape;
             let crossings = source.crossings(circle.edge);
-            let even = even_sectors(shape, crossings, source.origin, source.noise)?;
-            let none = Sectors(0);
-            let _ = arcs.push(Arcs {
-                circle: *circle,
-                ratio: circle.ratio,
-                size: 0.0,
-                minor: shape.semi_axes().1,
-                even,
-                used: even,
-                seen: none,
-                near: none,
-                points: 0,
-                squares: 0.0,
-            });
+            let even = even_sectors(&circle.adjusted.shape, crossings, source.origin, source.noise)?;
+            fit.add(circle.edge, circle.ratio, even);
         }
-        Some(Self { source, family, arcs, limit: f32::INFINITY })
+        Some(fit)
+    }
+
+    fn add(&mut self, edge: usize, ratio: f32, even: Sectors) {
+        let minor = ratio * self.family.outer.semi_axes().1;
+        let none = Sectors(0);
+        let (used, seen, near) = (even, none, none);
+        let arcs = Arcs { edge, ratio, size: 0.0, minor, even, used, seen, near, points: 0, squares: 0.0 };
+        let _ = self.arcs.push(arcs);
+    }
+
+    fn shape(&self, arcs: &Arcs) -> Option<Shape> {
+        self.family.member(arcs.ratio, arcs.size).shape()
     }
 
     /// Steps until the points that are used stay the same.
@@ -139,7 +176,7 @@ impl<'a, 'p> Fit<'a, 'p> {
             (arcs.seen, arcs.near, arcs.points, arcs.squares) = (Sectors(0), Sectors(0), 0, 0.0);
             let mut used = 0u16;
             adjustment.next_circle();
-            for (x, y) in self.source.points(arcs.circle.edge) {
+            for (x, y) in self.source.points(arcs.edge) {
                 let view = member.view(x, y);
                 let distance = view.distance().abs();
                 if distance > limit.max(NEAR) {
@@ -170,7 +207,7 @@ impl<'a, 'p> Fit<'a, 'p> {
         self.arcs.iter().fold(1.0, |factor: f32, arcs| {
             let member = self.family.member(arcs.ratio, arcs.size);
             let mut sums = SectorSums::new(arcs.points);
-            for (x, y) in self.source.points(arcs.circle.edge) {
+            for (x, y) in self.source.points(arcs.edge) {
                 let view = member.view(x, y);
                 let distance = view.distance();
                 let used = arcs.used.0 & Sectors::sector(view.u, view.v) != 0;

@@ -25,9 +25,9 @@ use choose::choose;
 pub(crate) use choose::concentric;
 use combine::{Centre, combine, measured_perspective, significant};
 pub(crate) use ellipse::{Fitted, FittedList};
-use ellipse::{Source, fit, fit_similar};
+use ellipse::{Source, fit};
 use heapless::Vec;
-use joint::{Joint, joint};
+use joint::{Joint, joint, rough};
 use known::{Known, known};
 pub(crate) use origin::Origin;
 pub(crate) use sectors::PARTS;
@@ -41,9 +41,13 @@ const BLUR_GUESS: f32 = 0.8;
 pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings) -> Result<Target, Reject> {
     let origin = scanner.outlines.get(head).map(candidate::origin).ok_or(Reject::BufferFull)?;
     let given = !settings.spec.ratios().is_empty();
-    let edges = collect(head, origin, scanner, given)?;
+    let mut edges = collect(head, origin, scanner, given)?;
     if edges.len() < 2 {
         return Err(Reject::Alone);
+    }
+    if edges.iter().any(|edge| edge.partial) {
+        let plain = Origin::new(origin, None).ok_or(Reject::NotElliptic)?;
+        rough(&mut edges, &scanner.pool, &plain);
     }
     let edges = Edges { edges: &edges, origin };
     let width = scanner.width();
@@ -76,7 +80,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let light = Light::new(&levels, blur.sigma, &circles);
     if circles.iter().any(Fitted::is_occluded) {
         let joint = joint(&circles, &source, given)?;
-        let forms = Forms::joint(&joint, &circles, light.plane, &origin).ok_or(Reject::NotConcentric)?;
+        let forms = Forms::joint(&joint, light.plane, &origin).ok_or(Reject::NotConcentric)?;
         return target(&joint.circles, &forms, settings, (&light, &origin));
     }
     assemble(&circles, settings, &light, &origin)
@@ -133,13 +137,6 @@ fn fit_all(source: &Source<'_, '_>) -> Result<FittedList, Reject> {
                 let _ = fitted.push(fit);
             }
             Err(reject) => cause = reject,
-        }
-    }
-    let reference =
-        fitted.iter().max_by_key(|fit| fit.adjusted.points).map(|fit| (fit.edge, fit.adjusted.shape));
-    if let Some((edge, shape)) = reference {
-        for fit in fitted.iter_mut().filter(|fit| fit.partial && fit.edge != edge) {
-            fit_similar(source, fit, &shape);
         }
     }
     if fitted.len() < 2 { Err(cause) } else { Ok(fitted) }
@@ -209,9 +206,9 @@ impl Forms {
         })
     }
 
-    /// Of circles that were measured together; `separate` are the same each by itself, for the known camera.
-    fn joint(joint: &Joint, separate: &FittedList, plane: f32, origin: &Origin) -> Option<Self> {
-        let Joint { circles, covariance } = joint;
+    /// Of circles that were measured together.
+    fn joint(joint: &Joint, plane: f32, origin: &Origin) -> Option<Self> {
+        let Joint { circles, separate, covariance } = joint;
         let with = |t: f32| Some(Centre { covariance: *covariance, ..combine(circles, t)? });
         let exact = with(measured_perspective(circles)?)?;
         Some(Self {
