@@ -8,6 +8,9 @@ use heapless::Vec;
 const FEWEST: usize = 16;
 /// Most points for a search in which nothing is known.
 const FEW: usize = 56;
+/// Share of the largest step of an outline that a crossing must have in such a search: what lies over a target is as a rule
+/// neither as dark as its ink nor as light as its paper.
+const STEP: f32 = 0.6;
 /// Most points for one about a known circle.
 pub(super) const MAX_POINTS: usize = 96;
 
@@ -19,6 +22,12 @@ pub(super) struct Point {
     pub y: f32,
     /// Unit vector of the axis towards light.
     pub light: (f32, f32),
+}
+
+/// Difference of the levels on both sides of a crossing.
+fn step(crossing: &Crossing) -> u16 {
+    let [a, b, c, d] = crossing.near.map(u16::from);
+    (a + b).abs_diff(c + d)
 }
 
 impl Point {
@@ -54,9 +63,11 @@ impl Points {
         Self::new(list, pool, FEWEST, |crossing| Some(Point::new(crossing, origin)))
     }
 
-    /// Few of the crossings of `list`, about `origin`.
+    /// Few of the crossings of `list`, about `origin`: of those with the largest steps.
     pub fn few(list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> Self {
-        Self::new(list, pool, FEW, |crossing| Some(Point::new(crossing, origin)))
+        let largest = pool.iter(list).map(step).max().unwrap_or(0);
+        let least = (STEP * f32::from(largest)) as u16;
+        Self::new(list, pool, FEW, |crossing| (step(crossing) >= least).then(|| Point::new(crossing, origin)))
     }
 
     /// Crossings of `list`, about `origin`, out to `radius` units of the ellipse of `anchor`.

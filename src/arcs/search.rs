@@ -9,11 +9,15 @@ use heapless::Vec;
 /// Pieces of an outline of which trial arcs are made.
 const PIECES: usize = 16;
 /// Lengths of trial arcs in pieces, and the steps between their starts.
-const LENGTHS: [(usize, usize); 2] = [(7, 2), (5, 1)];
+const LENGTHS: [(usize, usize); 3] = [(10, 2), (7, 2), (5, 1)];
 /// Trials that are refined.
 const REFINED: usize = 2;
 /// Distance from a trial's ellipse within which a point counts, px.
 const TRIAL: f32 = 1.0;
+/// Semi-minor axis, px, below which the distances of a search in which nothing is known are less, and their least share: a
+/// small ellipse could be bent to anything.
+const SMALL: f32 = 12.0;
+const LEAST_SHARE: f32 = 0.4;
 /// Distances within which points are taken for the fits that follow, px.
 const REFINE: [f32; 2] = [2.0, 1.0];
 /// The same for the steps after these, and from a circle that is known to be concentric.
@@ -48,12 +52,17 @@ pub(crate) fn free(mut points: Points) -> Option<Arc> {
     let mut most = MIN_POINTS as f32;
     for trial in trials(&pieces, points, unit).into_iter().flatten() {
         let Some(arc) = refine(&trial.1, points, unit, &REFINE) else { continue };
-        let score = score(&arc, points);
+        let score = score(&arc, points, TRIAL * scale(&arc));
         if score > most {
             (best, most) = (Some(arc), score);
         }
     }
     best
+}
+
+/// Share of the distances for the ellipse of an arc.
+fn scale(arc: &Arc) -> f32 {
+    (arc.shape.semi_axes().1 / SMALL).clamp(LEAST_SHARE, 1.0)
 }
 
 /// The ellipses of consecutive pieces that have most points on them, with their scores.
@@ -115,7 +124,7 @@ pub(crate) fn around(points: &Points, anchor: &Arc) -> Option<Arc> {
         let free = adjust(&similar, &points.points, &ADJUST, step);
         for (arc, gain) in [(Some(similar), 1.0), (free, FREE_GAIN)] {
             let Some(arc) = arc else { continue };
-            let score = score(&arc, &points.points) / gain;
+            let score = score(&arc, &points.points, TRIAL) / gain;
             if score > most {
                 (best, most) = (Some(arc), score);
             }
@@ -152,10 +161,10 @@ pub(crate) fn common(points: &Points, dark_inside: bool, share: f32) -> Option<A
     (count(&arc, &points.points) as f32 >= share * points.points.len() as f32).then_some(arc)
 }
 
-/// Number of points on the arc's ellipse, each the less the farther it is.
-fn score(arc: &Arc, points: &[Point]) -> f32 {
-    const SCALE: f32 = 1.0 / (TRIAL * TRIAL);
-    points.iter().fold(0.0, |sum, point| sum + (1.0 - SCALE * arc.square_distance(point)).max(0.0))
+/// Number of points up to `distance` px from the arc's ellipse, each the less the farther it is.
+fn score(arc: &Arc, points: &[Point], distance: f32) -> f32 {
+    let scale = 1.0 / (distance * distance);
+    points.iter().fold(0.0, |sum, point| sum + (1.0 - scale * arc.square_distance(point)).max(0.0))
 }
 
 /// Points on the arc's ellipse.
@@ -167,7 +176,8 @@ fn count(arc: &Arc, points: &[Point]) -> usize {
 /// gets there from far but shrinks an arc's ellipse, then geometrically.
 fn refine(arc: &Arc, points: &[Point], unit: f32, distances: &[f32]) -> Option<Arc> {
     let mut arc = *arc;
-    for &distance in distances {
+    let share = scale(&arc);
+    for distance in distances.iter().map(|distance| share * distance) {
         let (mut sum, mut count) = (Rough::default(), 0);
         for point in points.iter().filter(|point| arc.square_distance(point) < distance * distance) {
             sum.add(point.x / unit, point.y / unit);
@@ -178,7 +188,7 @@ fn refine(arc: &Arc, points: &[Point], unit: f32, distances: &[f32]) -> Option<A
         }
         arc.shape = sum.fit()?.scaled(unit);
     }
-    adjust(&arc, points, &ADJUST, step)
+    adjust(&arc, points, &ADJUST.map(|distance| share * distance), step)
 }
 
 /// Adjusts the ellipse geometrically, with the points within each of `distances` in turn.

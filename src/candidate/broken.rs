@@ -18,7 +18,7 @@ const MAX_OPEN: usize = 3;
 const MIN_CROSSINGS: u16 = 20;
 const MIN_CROSSINGS_AROUND: u16 = 12;
 /// Smallest larger side of the box of an outline with an arc that is worth it, px.
-const MIN_EXTENT: u16 = 12;
+const MIN_EXTENT: u16 = 9;
 /// Largest share of an ellipse's crossings that may lie beside it.
 const MAX_OFF: f32 = 0.2;
 /// Largest radius of a circle around a known one, in units of that.

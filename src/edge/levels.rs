@@ -42,7 +42,7 @@ pub(crate) struct Levels {
 
 impl Levels {
     /// A first look at the levels, from some of the crossings and for a blur of `sigma` px.
-    pub fn first(edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32) -> Option<Self> {
+    pub fn first(edges: &Edges<'_>, pool: &Pool<'_>, sigma: f32, covered: bool) -> Option<Self> {
         // With both levels 1 the first plane is additive: it is that of the mean level.
         let unknown = Self {
             dark: 1.0,
@@ -56,22 +56,17 @@ impl Levels {
             clipped: false,
         };
         let blur = Blur { sigma, noise: 0.0 };
-        let first = unknown.refine(edges, pool, &blur, Pass::First)?;
+        let first = unknown.refine((edges, pool), &blur, Pass::First, covered)?;
         let mean = 0.5 * (first.dark + first.bright);
         let levels = Self { gx: first.gx / mean, gy: first.gy / mean, ..first };
-        levels.refine(edges, pool, &blur, Pass::Look)
+        levels.refine((edges, pool), &blur, Pass::Look, covered)
     }
 
     /// The levels by least squares over the samples of every crossing, each with the lightness that the ellipses and the
     /// blur give it. Shading is multiplicative, so the plane's slope is proportional to the level. What is
-    /// far from `self` is left out.
-    pub fn refined(&self, edges: &Edges<'_>, pool: &Pool<'_>, blur: &Blur) -> Option<Self> {
-        self.refine(edges, pool, blur, Pass::All)
-    }
-
-    /// The same where something lies before the target: without what is far from most.
-    pub fn uncovered(&self, edges: &Edges<'_>, pool: &Pool<'_>, blur: &Blur) -> Option<Self> {
-        self.refine(edges, pool, blur, Pass::Covered)
+    /// far from `self` is left out; where something covers a part of the target, what is far from most.
+    pub fn refined(&self, edges: &Edges<'_>, pool: &Pool<'_>, blur: &Blur, covered: bool) -> Option<Self> {
+        self.refine((edges, pool), blur, Pass::All, covered)
     }
 
     /// The same where something lies before the target, whose residuals are not independent: as if there were only so many of
@@ -115,7 +110,13 @@ impl Levels {
         Scale { gain, slope: gain * slope, dark: self.dark / self.contrast() }
     }
 
-    fn refine(&self, edges: &Edges<'_>, pool: &Pool<'_>, blur: &Blur, pass: Pass) -> Option<Self> {
+    fn refine(
+        &self,
+        (edges, pool): (&Edges<'_>, &Pool<'_>),
+        blur: &Blur,
+        pass: Pass,
+        covered: bool,
+    ) -> Option<Self> {
         let Blur { sigma, noise } = *blur;
         let mut normals = Normals::default();
         // Coordinates in units of the target's size keep the system well scaled.
@@ -123,17 +124,16 @@ impl Levels {
         let limit = match pass {
             Pass::First => f32::INFINITY,
             Pass::Look => OUTLIER * self.contrast(),
+            Pass::All if covered => COVERED_OUTLIER * self.contrast() + COVERED_OUTLIER_SIGMAS * self.spread,
             Pass::All => (LAST_OUTLIER + LAST_OUTLIER_SIGMAS * noise).min(OUTLIER) * self.contrast(),
-            Pass::Covered => COVERED_OUTLIER * self.contrast() + COVERED_OUTLIER_SIGMAS * self.spread,
         };
         for (k, edge) in edges.edges.iter().enumerate() {
             let Some(views) = edges.views(k) else { continue };
-            let stride = if matches!(pass, Pass::All | Pass::Covered) { 1 } else { edge.stride() };
+            let stride = if pass == Pass::All { 1 } else { edge.stride() };
             for crossing in pool.iter(edge.crossings).step_by(stride) {
                 let Some(local) = views.local(crossing) else { continue };
                 let samples = Samples::new(&local, crossing, sigma);
-                let nearest = pass == Pass::Covered;
-                for sample in [samples.better_of((0, 1), nearest), samples.better_of((3, 2), nearest)] {
+                for sample in [samples.better_of((0, 1), covered), samples.better_of((3, 2), covered)] {
                     normals.count_clipped(sample.far_level, self.noise);
                     let (x, y) = local.point(sample.place);
                     let mixed = self.mixed(sample.lightness);
@@ -179,8 +179,6 @@ enum Pass {
     Look,
     /// All of the crossings, without outliers.
     All,
-    /// The same where something covers a part of the target.
-    Covered,
 }
 
 /// A mean grey level with the lightness that it should have.
@@ -233,10 +231,11 @@ impl Samples {
         Self { places, levels, lightness, flatness, pixels }
     }
 
-    /// The far stretch of a side if it is clear of all edges, or else the near sample; always that where it is to be the
-    /// `nearest`, because it reaches less far to what covers the target.
-    fn better_of(&self, (far, near): (usize, usize), nearest: bool) -> Sample {
-        let clear = self.flatness[far] > CLEAR && !nearest;
+    /// The far stretch of a side if it is clear of all edges, or else the near sample. Where something may cover a part of the
+    /// target, the near one if that is clear: it reaches less far to what does.
+    fn better_of(&self, (far, near): (usize, usize), covered: bool) -> Sample {
+        let near_is_better = covered && self.flatness[near] > CLEAR;
+        let clear = self.flatness[far] > CLEAR && !near_is_better;
         let pick = |values: &[f32; 4]| if clear { values[far] } else { values[near] };
         Sample {
             place: pick(&self.places),

@@ -45,27 +45,28 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     if edges.len() < 2 {
         return Err(Reject::Alone);
     }
-    if edges.iter().any(|edge| edge.partial) {
+    let covered = edges.iter().any(|edge| edge.partial);
+    if covered {
         let plain = Origin::new(origin, None).ok_or(Reject::NotElliptic)?;
         rough(&mut edges, &scanner.pool, &plain);
     }
     let edges = Edges { edges: &edges, origin };
     let width = scanner.width();
     let pool = &mut scanner.pool;
-    let levels = Levels::first(&edges, pool, BLUR_GUESS).ok_or(Reject::LowContrast)?;
+    let levels = Levels::first(&edges, pool, BLUR_GUESS, covered).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
     let mut blur = edge::measure_blur(&edges, pool, &levels);
-    let mut levels = levels.refined(&edges, pool, &blur).ok_or(Reject::LowContrast)?;
+    let mut levels = levels.refined(&edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
     check_contrast(&levels)?;
     let disturbed =
         |levels: &Levels, blur: &Blur| levels.noise > limits::DISTURBED * blur.noise * levels.contrast();
     for _ in 0..LEVEL_PASSES {
-        if !disturbed(&levels, &blur) {
+        if !covered && !disturbed(&levels, &blur) {
             break;
         }
-        levels = levels.uncovered(&edges, pool, &blur).ok_or(Reject::LowContrast)?;
-        check_contrast(&levels)?;
         blur = edge::measure_blur(&edges, pool, &levels);
+        levels = levels.refined(&edges, pool, &blur, true).ok_or(Reject::LowContrast)?;
+        check_contrast(&levels)?;
     }
     if disturbed(&levels, &blur) {
         levels = levels.disturbed();
