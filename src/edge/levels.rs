@@ -13,6 +13,8 @@ const LAST_OUTLIER_SIGMAS: f32 = 4.0;
 /// The same where something lies before the target, with room for this many robust standard deviations of the residuals.
 const COVERED_OUTLIER: f32 = 0.01;
 const COVERED_OUTLIER_SIGMAS: f32 = 3.0;
+/// Blur, px, up to which the near samples tell the levels.
+const SHARP: f32 = 1.1;
 /// Pixels whose levels are independent of each other where something lies before the target: eight places of eight pixels.
 const INDEPENDENT: f32 = 64.0;
 /// Standard deviation of the light's slope along either axis where a level is clipped, relative change over the outer
@@ -127,13 +129,15 @@ impl Levels {
             Pass::All if covered => COVERED_OUTLIER * self.contrast() + COVERED_OUTLIER_SIGMAS * self.spread,
             Pass::All => (LAST_OUTLIER + LAST_OUTLIER_SIGMAS * noise).min(OUTLIER) * self.contrast(),
         };
+        // Far samples reach to what covers a part of the target; wide edges leave no others.
+        let nearest = covered && sigma < SHARP;
         for (k, edge) in edges.edges.iter().enumerate() {
             let Some(views) = edges.views(k) else { continue };
             let stride = if pass == Pass::All { 1 } else { edge.stride() };
             for crossing in pool.iter(edge.crossings).step_by(stride) {
                 let Some(local) = views.local(crossing) else { continue };
                 let samples = Samples::new(&local, crossing, sigma);
-                for sample in [samples.better_of((0, 1), covered), samples.better_of((3, 2), covered)] {
+                for sample in [samples.better_of(0, 1, nearest), samples.better_of(3, 2, nearest)] {
                     normals.count_clipped(sample.far_level, self.noise);
                     let (x, y) = local.point(sample.place);
                     let mixed = self.mixed(sample.lightness);
@@ -231,11 +235,10 @@ impl Samples {
         Self { places, levels, lightness, flatness, pixels }
     }
 
-    /// The far stretch of a side if it is clear of all edges, or else the near sample. Where something may cover a part of the
-    /// target, the near one if that is clear: it reaches less far to what does.
-    fn better_of(&self, (far, near): (usize, usize), covered: bool) -> Sample {
-        let near_is_better = covered && self.flatness[near] > CLEAR;
-        let clear = self.flatness[far] > CLEAR && !near_is_better;
+    /// The far stretch of a side if it is clear of all edges, or else the near sample; always that where it is `nearest`
+    /// that counts.
+    fn better_of(&self, far: usize, near: usize, nearest: bool) -> Sample {
+        let clear = self.flatness[far] > CLEAR && !nearest;
         let pick = |values: &[f32; 4]| if clear { values[far] } else { values[near] };
         Sample {
             place: pick(&self.places),
