@@ -26,6 +26,18 @@ pub(super) struct Joint {
     pub covariance: Covariance,
 }
 
+impl Joint {
+    /// Whether the inner circles have these ratios as they are measured, so closely that it is no accident.
+    pub fn has_ratios(&self, wanted: &[f32]) -> bool {
+        let Some((outer, inner)) = self.circles.split_first() else { return false };
+        let has = |circle: &Fitted| {
+            let measured = math::sqrt(math::sqrt(outer.adjusted.shape.det() / circle.adjusted.shape.det()));
+            wanted.iter().any(|ratio| (measured / ratio - 1.0).abs() <= limits::OPEN_RATIO)
+        };
+        inner.iter().all(has)
+    }
+}
+
 /// Better ellipses for edges of which only arcs are seen, from crossings that are not placed yet. The search has fitted each by
 /// itself, and a short one to what cuts it as well.
 #[inline(never)]

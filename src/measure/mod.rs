@@ -45,6 +45,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     if edges.len() < 2 {
         return Err(Reject::Alone);
     }
+    let open = scanner.outlines.get(head).is_some_and(|outline| outline.open);
     let covered = edges.iter().any(|edge| edge.partial);
     if covered {
         let plain = Origin::new(origin, None).ok_or(Reject::NotElliptic)?;
@@ -81,6 +82,9 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let light = Light::new(&levels, blur.sigma, &circles);
     if circles.iter().any(Fitted::is_occluded) {
         let joint = joint(&circles, &source, given)?;
+        if open && !joint.has_ratios(settings.spec.ratios()) {
+            return Err(Reject::OpenOutline);
+        }
         let forms = Forms::joint(&joint, light.plane, &origin).ok_or(Reject::NotConcentric)?;
         return target(&joint.circles, &forms, settings, (&light, &origin));
     }
