@@ -66,7 +66,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
             break;
         }
         blur = edge::measure_blur(&edges, pool, &levels);
-        levels = levels.refined(&edges, pool, &blur, true).ok_or(Reject::LowContrast)?;
+        levels = levels.refined(&edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
         check_contrast(&levels)?;
     }
     if disturbed(&levels, &blur) {
