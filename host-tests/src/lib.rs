@@ -8,6 +8,7 @@ pub mod link;
 pub mod measure;
 pub mod monitor;
 pub mod overlay;
+pub mod paper;
 pub mod picture;
 pub mod render;
 pub mod risk;
