@@ -4,6 +4,7 @@ pub mod accuracy;
 pub mod cli;
 pub mod demo;
 pub mod detect;
+pub mod layout;
 pub mod link;
 pub mod measure;
 pub mod monitor;
