@@ -5,6 +5,7 @@ pub mod calibrate;
 pub mod cli;
 pub mod demo;
 pub mod detect;
+pub mod layout;
 pub mod link;
 pub mod matching;
 pub mod measure;
