@@ -7,9 +7,11 @@
 //! 5. [`single`]: figure 6.
 //! 6. [`report`], [`page`], [`plots`]: all results, and what is written.
 
+pub mod board;
 pub mod command;
 pub mod equations;
 pub mod lens;
+pub mod one_circle;
 pub mod page;
 pub mod plots;
 pub mod printed;

@@ -37,8 +37,9 @@ twelve values. *at the label*: what eq. (7) leaves at the radius that is printed
 const TABLE_2: &str = "
 The angle printed as 4pi/5 would show the target's back; 4pi/15 is what follows 3pi/15. The printed errors have the size of
 ours, and their peak at 60 degrees (the law is sin^3 cos), but not their digits. No factor explains all rows: four of them are
-0.93 to 0.94 of ours. *other grid*: the same law at 0.5 + 11.5 i degrees, times 0.93, which comes within 7 % of every printed
-value. So angles and radius are likely to be off by such steps as the radii of table 1 are; what they were is not known.
+0.93 to 0.94 of ours, one is 1.43. *other grid*: the same law at 0.7 + 11.48 i degrees, times 0.92: of all equal steps with
+a factor those that come nearest, within 7 % of every printed value. So angles and radius are likely to be off by such steps as
+the radii of table 1 are; what they were is not known.
 ";
 
 const LENS: &str = "

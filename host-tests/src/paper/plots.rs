@@ -128,6 +128,7 @@ where
         .axis_style(FAINT)
         .label_style(font(13))
         .x_labels(8)
+        .x_label_formatter(&|value| value.to_string())
         .x_desc(x)
         .y_desc(y)
         .y_label_formatter(format)
