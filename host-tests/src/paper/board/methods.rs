@@ -100,7 +100,7 @@ const KINDS: [(&str, Kind); 6] = [
 /// # Errors
 /// What the detector, the matching or the calibration refuses.
 pub fn compare(stages: &[Stage], progress: &ProgressBar) -> Result<(Vec<Method>, Vec<Calibrated>)> {
-    let mut at = |noise: f64| {
+    let at = |noise: f64| {
         let result = Trial::new(stages, noise);
         progress.inc(1);
         result

@@ -1,5 +1,7 @@
 //! The results as a page: printed values, ours, and the difference.
 
+mod board;
+
 use super::{
     equations::{EXACT, SCENES},
     lens,
@@ -61,6 +63,8 @@ pub fn page(report: &Report) -> String {
         pictures(second),
         format!("\n## Equation (8): lens distortion\n{LENS}\n{}", lens_table(&report.lens)),
         single(&report.single),
+        board::deviations(&report.board),
+        board::methods(&report.board),
     ]
     .concat()
 }
