@@ -6,8 +6,9 @@ use super::{
     Calibration, CalibrationError, Fitted, Intrinsics, MIN_POINTS, MIN_VIEWS, Options, Placed, Pose,
     Residual, View,
     adjust::{Adjustment, whitening},
-    start::{Plane, start},
+    start::start,
 };
+use crate::matching::plane::Plane;
 
 /// Length of a residual, in standard deviations, above which its point contradicts the others. One of 300,000 good ones
 /// does.
@@ -25,7 +26,7 @@ const MOST_SIGMA: f64 = 0.01;
 /// [`CalibrationError`]: what is missing.
 pub fn calibrate(views: &[View], options: &Options) -> Result<Calibration, CalibrationError> {
     check(views)?;
-    let plane = Plane::through(views.iter().flat_map(|view| &view.points));
+    let plane = Plane::through(views.iter().flat_map(|view| &view.points).map(|point| point.object));
     let centres_of_ellipses = views.iter().flat_map(|view| &view.points).any(|point| point.radius > 0.0);
     if centres_of_ellipses && plane.is_none() {
         return Err(CalibrationError::NoPlane);
