@@ -250,6 +250,8 @@ pub(crate) mod limits {
     pub const RATIO_TOLERANCE: f32 = 0.04;
     /// What an edge displacement adds to it, times the inner semi-minor axis, px.
     pub const RATIO_TOLERANCE_EDGE: f32 = 0.25;
+    /// The same for the arcs of a ring of segments, whose ellipses are guesses.
+    pub const CODE_RATIO: f32 = 0.06;
     /// A mark in the middle is not a circle of the target: smallest ratio accepted where ratios are measured.
     pub const MIN_MEASURED_RATIO: f32 = 0.18;
     /// Smallest semi-minor axis of an inner circle, px.

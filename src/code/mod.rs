@@ -97,7 +97,8 @@ impl Code {
     }
 
     /// 14 segments, ids 32, 123, 336, 366 and 515: the largest set in which any two words differ in six segments or more
-    /// whatever their rotation, so that two wrong segments are repaired.
+    /// whatever their rotation, so that two wrong segments are repaired. Where the word begins is less sure then: two segments
+    /// of id 515 can be wrong so that it is 515 turned.
     pub const fn five() -> Self {
         const IDS: [u32; SET] = {
             let mut ids = [0; SET];

@@ -72,9 +72,9 @@ fn two_wrong_segments_of_the_preset_are_repaired_and_no_third() {
             for flip in 0..1u16 << 14 {
                 let decoded = code.decode(word ^ flip);
                 match bits(flip) {
-                    0..=2 => assert_eq!(
-                        decoded.map(|d| (d.id, u32::from(d.wrong))),
-                        Some((id, bits(flip))),
+                    // Where the word begins is not protected: another rotation can be nearer.
+                    0..=2 => assert!(
+                        decoded.is_some_and(|d| d.id == id && u32::from(d.wrong) <= bits(flip)),
                         "{word:b} {flip:b}"
                     ),
                     3 => assert!(decoded.is_none_or(|d| d.id != id), "{word:b} {flip:b}"),

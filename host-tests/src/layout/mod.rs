@@ -21,10 +21,12 @@ mod parse;
 
 use std::{fmt::Write, fs, path::Path};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 use concentric::Code;
 use serde::{Deserialize, Serialize};
+
+use crate::render::{Artwork, Camera, CodeRing, Pose, Scene, Target, Tone};
 
 /// Version of the format.
 pub const VERSION: u32 = 1;
@@ -132,6 +134,24 @@ impl Layout {
     /// When the file cannot be written; names the file.
     pub fn write(&self, path: &Path) -> Result<()> {
         fs::write(path, self.text()).with_context(|| format!("cannot write layout {}", path.display()))
+    }
+
+    /// The layout, which must be plane, with its origin at that of `pose`, before `camera`.
+    ///
+    /// # Errors
+    /// A target with another z than 0, or what [`Scene::validate`] refuses.
+    pub fn scene(&self, camera: Camera, pose: Pose) -> Result<Scene> {
+        let mut scene = Scene::empty(camera);
+        let (paper, ink) = if self.light { (Tone::Dark, Tone::Light) } else { (Tone::Light, Tone::Dark) };
+        scene.paper = paper;
+        for LayoutTarget { id, position: [x, y, z], radii } in &self.targets {
+            ensure!(*z == 0.0, "target at ({x}, {y}, {z}) mm: a layout in one plane has z = 0 everywhere");
+            let code = self.code.zip(*id).map(|(code, id)| CodeRing::new(code, id));
+            let artwork = Artwork { radii: radii.clone(), ink, code, ..Artwork::annulus(1.0, 0.5) };
+            scene.targets.push(Target { artwork, pose, at: [*x, *y] });
+        }
+        scene.validate()?;
+        Ok(scene)
     }
 
     /// The code for the settings: with the ids of the layout only, which is the strongest guard against wrong ones.
