@@ -183,6 +183,7 @@ pub(crate) fn assemble(
         eq7: origin.position(eq7.x, eq7.y),
         exact: origin.position(exact.x, exact.y),
         normal: known.map(|known| known.normal),
+        code: None,
         circles: Vec::new(),
         contrast: light.contrast,
         noise: light.noise,

@@ -1,0 +1,3 @@
+//! Which measured target is which on the layout.
+
+pub mod homography;
