@@ -11,6 +11,7 @@ pub mod matching;
 pub mod measure;
 pub mod monitor;
 pub mod overlay;
+pub mod paper;
 pub mod picture;
 pub mod render;
 pub mod risk;
