@@ -15,7 +15,7 @@ pub mod plane;
 pub use error::MatchError;
 pub use grow::correspond;
 
-use concentric::{Covariance, Flags, Target, report};
+use concentric::{Covariance, Target};
 
 use crate::measure::px;
 
@@ -75,7 +75,7 @@ impl Measured {
         Self {
             centre: px(target.centre),
             covariance: [xx, xy, yy].map(f64::from),
-            id: target.id,
+            id: target.code.map(|code| code.id),
             size: outer.map_or(0.0, |outer| f64::from(outer.a + outer.b) / 2.0),
         }
     }
