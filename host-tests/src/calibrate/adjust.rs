@@ -12,6 +12,8 @@ use super::{
 const POSE: usize = 6;
 /// Parameters and sum of squares are found to this share.
 const TOLERANCE: f64 = 1e-12;
+/// Most evaluations, in parameters. Where the points tell the camera a tenth of that is enough.
+const PATIENCE: usize = 3;
 
 /// A point and the matrix that makes the covariance of its image the unit matrix.
 struct Sight {
@@ -67,7 +69,8 @@ impl Adjustment {
 
     /// Moves to the minimum; whether it was found.
     pub fn solve(self) -> (Self, bool) {
-        let (solved, report) = LevenbergMarquardt::new().with_tol(TOLERANCE).minimize(self);
+        let (solved, report) =
+            LevenbergMarquardt::new().with_tol(TOLERANCE).with_patience(PATIENCE).minimize(self);
         // Rounding can end the descent before the tolerance does.
         let done = report.termination.was_successful() || report.termination.was_usage_issue();
         let ahead = solved.sights.iter().zip(&solved.poses).all(|(sights, pose)| {

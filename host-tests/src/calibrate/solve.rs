@@ -6,8 +6,9 @@ use super::{
     Calibration, CalibrationError, Fitted, Intrinsics, MIN_POINTS, MIN_VIEWS, Options, Placed, Pose,
     Residual, View,
     adjust::{Adjustment, whitening},
-    start::{Plane, start},
+    start::start,
 };
+use crate::matching::plane::Plane;
 
 /// Length of a residual, in standard deviations, above which its point contradicts the others. One of 300,000 good ones
 /// does.
@@ -25,7 +26,7 @@ const MOST_SIGMA: f64 = 0.01;
 /// [`CalibrationError`]: what is missing.
 pub fn calibrate(views: &[View], options: &Options) -> Result<Calibration, CalibrationError> {
     check(views)?;
-    let plane = Plane::through(views.iter().flat_map(|view| &view.points));
+    let plane = Plane::through(views.iter().flat_map(|view| &view.points).map(|point| point.object));
     let centres_of_ellipses = views.iter().flat_map(|view| &view.points).any(|point| point.radius > 0.0);
     if centres_of_ellipses && plane.is_none() {
         return Err(CalibrationError::NoPlane);
@@ -34,10 +35,15 @@ pub fn calibrate(views: &[View], options: &Options) -> Result<Calibration, Calib
     let mut state = start(views)?;
     let mut kept: Vec<_> = views.iter().map(|view| vec![true; view.points.len()]).collect();
     let mut passes = 0;
+    let mut scope = Scope::View;
     loop {
         let (solved, converged) = Adjustment::new(views, &kept, normal, options, state).solve();
         let result = Solved { views, options, normal, kept: &kept, passes, solved: &solved };
-        let next = result.contradictions();
+        let mut next = result.contradictions(scope);
+        if next == kept {
+            scope = Scope::All;
+            next = result.contradictions(scope);
+        }
         if passes == options.passes || next == kept {
             return result.finish(converged);
         }
@@ -92,6 +98,15 @@ fn check_kept(views: &[View], kept: &[Vec<bool>]) -> Result<(), CalibrationError
     Err(CalibrationError::Contradictions { rejected: all, points, view })
 }
 
+/// Whose median residual is the scale for the others.
+#[derive(Clone, Copy, PartialEq)]
+enum Scope {
+    /// That of the same view, so that a wrong point takes no good ones of its view with it.
+    View,
+    /// That of all views, so that a view does not pass by being wrong as a whole.
+    All,
+}
+
 /// What an adjustment found, for the views that it is about.
 struct Solved<'a> {
     views: &'a [View],
@@ -118,20 +133,23 @@ impl Solved<'_> {
         view.points.iter().zip(&self.kept[index]).map(residual).collect()
     }
 
-    /// Which points to keep. The scale is each view's own, from the median of its residuals, so that a wrong point takes
-    /// no good ones of its view with it.
-    fn contradictions(&self) -> Vec<Vec<bool>> {
-        let keep = |index: usize| {
-            let residuals = self.residuals(index);
-            let mut squares: Vec<_> =
-                residuals.iter().filter(|r| r.kept).map(|r| r.normalised * r.normalised).collect();
-            squares.sort_by(f64::total_cmp);
-            // The median of a chi square with two degrees of freedom.
-            let factor = squares[squares.len() / 2] / (2.0 * std::f64::consts::LN_2);
-            let gate = GATE * self.enlarge(factor);
+    /// Which points to keep.
+    fn contradictions(&self, scope: Scope) -> Vec<Vec<bool>> {
+        let residuals: Vec<_> = (0..self.views.len()).map(|index| self.residuals(index)).collect();
+        let common = self.gate(residuals.iter().flatten());
+        let keep = |residuals: &Vec<Residual>| {
+            let gate = if scope == Scope::View { self.gate(residuals.iter()) } else { common };
             residuals.iter().map(|residual| residual.normalised <= gate).collect()
         };
-        (0..self.views.len()).map(keep).collect()
+        residuals.iter().map(keep).collect()
+    }
+
+    fn gate<'a>(&self, residuals: impl Iterator<Item = &'a Residual>) -> f64 {
+        let mut squares: Vec<_> = residuals.filter(|r| r.kept).map(|r| r.normalised * r.normalised).collect();
+        squares.sort_by(f64::total_cmp);
+        let median = squares.get(squares.len() / 2).copied().unwrap_or(0.0);
+        // The median of a chi square with two degrees of freedom.
+        GATE * self.enlarge(median / (2.0 * std::f64::consts::LN_2))
     }
 
     /// What standard deviations are multiplied by.

@@ -3,49 +3,16 @@
 //! Views of a plane: Zhang 2000, "A flexible new technique for camera calibration", section 3.1, with skew 0. Views of
 //! points in space: the projection matrix split into camera and pose. Lens distortion is 0 here.
 
-use nalgebra::{DMatrix, Matrix3, Matrix3x4, SVD, SymmetricEigen, Vector2, Vector3};
+use nalgebra::{DMatrix, Matrix3, Matrix3x4, SVD, Vector2};
 
 use super::{CalibrationError, Intrinsics, Point, Pose, View};
-use crate::matching::homography::{homography, projection};
+use crate::matching::{
+    homography::{homography, projection},
+    plane::Plane,
+};
 
-/// Spread across a plane below which points lie on it, as a share of the largest spread. What is left of it the adjustment
-/// takes into account.
-const FLAT: f64 = 0.02;
 /// Focal lengths that are taken, in larger sides of the frame.
 const FOCAL: [f64; 2] = [0.1, 100.0];
-
-/// A plane through points.
-#[derive(Clone, Copy, Debug)]
-pub struct Plane {
-    origin: Vector3<f64>,
-    /// Two directions in it and its normal, as columns.
-    axes: Matrix3<f64>,
-}
-
-impl Plane {
-    /// The plane on which `points` lie. `None` if they do not lie on one.
-    pub fn through<'a>(points: impl Iterator<Item = &'a Point> + Clone) -> Option<Self> {
-        let objects = points.map(|point| Vector3::from(point.object));
-        let count = objects.clone().count() as f64;
-        let origin = objects.clone().sum::<Vector3<f64>>() / count;
-        let scatter = objects.map(|x| (x - origin) * (x - origin).transpose()).sum::<Matrix3<f64>>() / count;
-        let eigen = SymmetricEigen::new(scatter);
-        let (smallest, largest) = (eigen.eigenvalues.imin(), eigen.eigenvalues.imax());
-        let flat = eigen.eigenvalues[smallest] <= FLAT * FLAT * eigen.eigenvalues[largest];
-        let direction = |index: usize| eigen.eigenvectors.column(index).into_owned();
-        let (e1, normal) = (direction(largest), direction(smallest));
-        flat.then(|| Self { origin, axes: Matrix3::from_columns(&[e1, normal.cross(&e1), normal]) })
-    }
-
-    /// Unit normal, in the object's axes; its sign means nothing.
-    pub fn normal(&self) -> Vector3<f64> {
-        self.axes.column(2).into_owned()
-    }
-
-    fn coordinates(&self, object: [f64; 3]) -> Vector2<f64> {
-        (self.axes.transpose() * (Vector3::from(object) - self.origin)).xy()
-    }
-}
 
 /// How a view maps its points, without regard to what a camera can do.
 enum Linear {
@@ -56,7 +23,7 @@ enum Linear {
 impl Linear {
     fn of(view: &View) -> Result<Self, CalibrationError> {
         let image = |point: &Point| Vector2::from(point.image);
-        let found = if let Some(plane) = Plane::through(view.points.iter()) {
+        let found = if let Some(plane) = Plane::through(view.points.iter().map(|point| point.object)) {
             let pairs: Vec<_> = view.points.iter().map(|p| (plane.coordinates(p.object), image(p))).collect();
             homography(&pairs).map(|h| Self::Plane(plane, h))
         } else {
@@ -75,8 +42,8 @@ impl Linear {
                 let scale = 2.0 / (a.norm() + b.norm()) * c.z.signum();
                 let (a, b) = (a * scale, b * scale);
                 let rotation = nearest_rotation(&Matrix3::from_columns(&[a, b, a.cross(&b)]))?;
-                let rotation = rotation * plane.axes.transpose();
-                Some(Pose::new(&rotation, c * scale - rotation * plane.origin))
+                let rotation = rotation * plane.axes().transpose();
+                Some(Pose::new(&rotation, c * scale - rotation * plane.origin()))
             }
             Self::Space(p) => {
                 let m = inverse * p;
