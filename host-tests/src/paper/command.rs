@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use clap::Args as ClapArgs;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{page, plots, report::Report};
+use super::{board::picture, page, plots, report::Report};
 use crate::table::{BOLD, Table, paint};
 
 const EXAMPLES: &str = "\
@@ -62,6 +62,7 @@ fn write(report: &Report, folder: &Path) -> Result<()> {
         fs::write(folder.join(plot.file), &plot.svg)?;
     }
     report.single.overlay()?.save(&folder.join("figure6.png"))?;
+    picture::draw(&report.board.stages)?.save(folder.join("figure7.png"))?;
     fs::write(folder.join("paper.md"), page::page(report))?;
     Ok(())
 }

@@ -9,6 +9,9 @@ use super::{
 };
 use crate::measure::px;
 
+/// A centre farther from the true one, px, is another target's.
+const NEAR: f64 = 1.0;
+
 /// What is left of many places.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spread {
@@ -38,7 +41,9 @@ pub struct Level {
     pub noise: f64,
     /// Plain targets that were found and identified, in all views.
     pub found: usize,
-    /// Coded markers likewise.
+    /// Those of them that were taken for another, or are nowhere near a target.
+    pub wrong: usize,
+    /// Coded markers whose id was read, and is right.
     pub coded: usize,
     /// Targets found that are none of the board.
     pub unmatched: usize,
@@ -92,7 +97,8 @@ impl Level {
         Ok(Self {
             noise,
             found: eq7.len(),
-            coded: shots.iter().map(|shot| shot.found.len()).sum::<usize>() - eq7.len(),
+            wrong: eq7.iter().filter(|[x, y]| x.hypot(*y) > NEAR).count(),
+            coded: stages.iter().zip(&shots).map(|(stage, shot)| markers(stage, shot)).sum(),
             unmatched: shots.iter().map(|shot| shot.unmatched).sum(),
             deviation: Spread::of(deviations.iter().flatten().copied()),
             deviations,
@@ -101,6 +107,15 @@ impl Level {
             pooled: Spread::of(pooled),
         })
     }
+}
+
+/// Number of coded markers of a shot that carry the id of their place.
+fn markers(stage: &Stage, shot: &Shot) -> usize {
+    let right = |found: &&Found| {
+        let printed = stage.layout.targets.get(found.index).and_then(|target| target.id);
+        printed.is_some() && printed == found.target.code.map(|code| code.id)
+    };
+    shot.found.iter().filter(right).count()
 }
 
 /// The plain targets of a shot, with their places on the board, mm, and their true centres, px.

@@ -1,14 +1,17 @@
 //! A picture of the board to targets with their places on it.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use concentric::{
     Camera, Compensation, Detector, Image, Position, Settings, Storage, Target, TargetSpec, code,
     coplanar::pool,
 };
-use nalgebra::Vector2;
 
 use super::scene::Stage;
-use crate::{layout::Layout, matching::homography, measure::px, paper::simulation::RATIO};
+use crate::{
+    layout::Layout,
+    matching::{Correspondence, Measured, correspond},
+    paper::simulation::RATIO,
+};
 
 type Memory = Box<Storage<2048, 512, 20_000>>;
 
@@ -76,44 +79,13 @@ impl Shot {
         targets.iter_mut().for_each(|target| _ = code::read(&image, &settings, target));
         let mut pooled = targets.clone();
         pool(&mut pooled, settings.camera.as_ref())?;
-        let places = places(&stage.layout, &targets)?;
-        let unmatched = places.iter().filter(|place| place.is_none()).count();
-        let all = targets.into_iter().zip(pooled).zip(places);
-        let found = all.filter_map(|((target, pooled), index)| {
-            Some(Found { index: index?, target, pooled: pooled.centre })
+        let measured: Vec<_> = targets.iter().map(Measured::new).collect();
+        let size = [stage.camera.width, stage.camera.height];
+        let Correspondence { pairs, unmatched, .. } = correspond(&measured, &stage.layout, size)?;
+        let found = pairs.iter().filter_map(|pair| {
+            let (target, pooled) = (targets.get(pair.measured)?, pooled.get(pair.measured)?);
+            Some(Found { index: pair.target, target: target.clone(), pooled: pooled.centre })
         });
-        let mut found: Vec<_> = found.collect();
-        found.sort_by_key(|found| found.index);
-        Ok(Self { found, unmatched })
+        Ok(Self { found: found.collect(), unmatched: unmatched.len() })
     }
 }
-
-/// The place of each target in the layout: from the coded markers to a homography, to one-to-one matches, to a better one.
-fn places(layout: &Layout, targets: &[Target]) -> Result<Vec<Option<usize>>> {
-    let image: Vec<_> = targets.iter().map(|target| Vector2::from(px(target.centre))).collect();
-    let object: Vec<_> =
-        layout.targets.iter().map(|target| Vector2::new(target.position[0], target.position[1])).collect();
-    let coded = |target: &Target| {
-        let id = target.code?.id;
-        layout.targets.iter().position(|printed| printed.id == Some(id))
-    };
-    let mut places: Vec<_> = targets.iter().map(coded).collect();
-    for _ in 0..2 {
-        let known = places.iter().zip(&image).filter_map(|(place, image)| Some((object[(*place)?], *image)));
-        let known: Vec<_> = known.collect();
-        let map = homography::homography(&known)
-            .with_context(|| format!("{} targets identified, four or more wanted", known.len()))?;
-        let seen: Vec<_> = object.iter().map(|place| homography::apply(&map, *place)).collect();
-        let nearest = |at: &Vector2<f64>, all: &[Vector2<f64>]| {
-            let off = |i: &usize| (all[*i] - at).norm();
-            (0..all.len()).min_by(|a, b| off(a).total_cmp(&off(b))).filter(|i| off(i) < NEAR)
-        };
-        // One to one: each must be the other's nearest.
-        let mutual = |(i, at)| nearest(at, &seen).filter(|place| nearest(&seen[*place], &image) == Some(i));
-        places = image.iter().enumerate().map(mutual).collect();
-    }
-    Ok(places)
-}
-
-/// Farthest that a target may be from where the homography puts it, px.
-const NEAR: f64 = 10.0;

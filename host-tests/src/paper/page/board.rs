@@ -34,6 +34,7 @@ pub fn deviations(board: &Board) -> String {
     let all = TARGETS * VIEWS;
     let rows = board.levels.iter().map(|level| {
         let mut row = vec![format!("{:.0}", level.noise), format!("{} of {all}", level.found)];
+        row.push(level.wrong.to_string());
         row.push(format!("{} of {}", level.coded, 5 * VIEWS));
         row.extend(pair(level.deviation));
         row.push(if level.deviation.largest < DEVIATION { "yes" } else { "no" }.to_owned());
@@ -43,6 +44,7 @@ pub fn deviations(board: &Board) -> String {
     let header = [
         "noise",
         "found and identified",
+        "wrongly",
         "markers read",
         "C1 - C2",
         "largest",
