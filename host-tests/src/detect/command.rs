@@ -108,7 +108,11 @@ impl From<Mode> for Compensation {
     }
 }
 
-fn parse_spec(text: &str) -> Result<TargetSpec> {
+/// `any`, or ratios.
+///
+/// # Errors
+/// What is no number, or no ratio that a target can have.
+pub fn parse_spec(text: &str) -> Result<TargetSpec> {
     if text == "any" {
         return Ok(TargetSpec::any());
     }

@@ -4,10 +4,10 @@ use anyhow::{Context, Result};
 
 use super::{
     calibration::{Compared, Kind, camera},
-    scene::{RADII, Stage},
+    scene::Stage,
     shot::{Found, Shot, Told},
 };
-use crate::measure::px;
+use crate::{layout::LayoutTarget, measure::px};
 
 /// A centre farther from the true one, px, is another target's.
 const NEAR: f64 = 1.0;
@@ -74,6 +74,8 @@ pub fn shots(stages: &[Stage], noise: f64, told: Told) -> Result<Vec<Shot>> {
 }
 
 impl Level {
+    /// Rendered views with this noise.
+    ///
     /// # Errors
     /// What the detector, the matching or the calibration refuses.
     pub fn new(stages: &[Stage], noise: f64) -> Result<Self> {
@@ -83,9 +85,11 @@ impl Level {
         let mut deviations = Vec::new();
         for (view, (stage, shot)) in stages.iter().zip(&shots).enumerate() {
             let mut deviation = Vec::new();
-            for (found, object, truth) in plain(stage, shot) {
+            for (found, printed) in plain(stage, shot) {
+                let truth = stage.centre(found.index).context("a view whose truth is known")?;
                 let inner = found.target.circles.last().context("a target has circles")?.ellipse.centre;
-                let first = compared.correct(view, object, inner, RADII[1])?;
+                let radius = *printed.radii.last().context("a target has radii")?;
+                let first = compared.correct(view, printed.position, inner, radius)?;
                 let second = px(found.target.eq7);
                 deviation.push(less(first, second));
                 eq3.push(less(first, truth));
@@ -118,10 +122,10 @@ fn markers(stage: &Stage, shot: &Shot) -> usize {
     shot.found.iter().filter(right).count()
 }
 
-/// The plain targets of a shot, with their places on the board, mm, and their true centres, px.
-pub fn plain<'s>(stage: &'s Stage, shot: &'s Shot) -> impl Iterator<Item = (&'s Found, [f64; 3], [f64; 2])> {
+/// The plain targets of a shot, and what is printed.
+pub fn plain<'s>(stage: &'s Stage, shot: &'s Shot) -> impl Iterator<Item = (&'s Found, &'s LayoutTarget)> {
     shot.found.iter().filter_map(|found| {
         let target = stage.layout.targets.get(found.index).filter(|target| target.id.is_none())?;
-        Some((found, target.position, *stage.truth.get(found.index)?))
+        Some((found, target))
     })
 }

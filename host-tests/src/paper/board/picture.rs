@@ -37,9 +37,9 @@ pub fn draw(stages: &[Stage]) -> Result<RgbImage> {
 
 fn paste(picture: &mut RgbImage, corner: [i64; 2], stage: &Stage, shot: &Shot, seed: u64) -> Result<()> {
     let [width, height] = SIZE;
-    let pixels = stage.picture(USUAL, seed);
-    let (wide, high) = (stage.camera.width, stage.camera.height);
-    let view = GrayImage::from_raw(wide, high, pixels).context("a picture of the camera's size")?;
+    let [wide, high] = stage.size.map(|side| side as u32);
+    let pixels = stage.picture(USUAL, seed)?.pixels;
+    let view = GrayImage::from_raw(wide, high, pixels).context("a picture of the view's size")?;
     let view = image::DynamicImage::ImageLuma8(imageops::thumbnail(&view, width, height)).into_rgb8();
     imageops::replace(picture, &view, corner[0], corner[1]);
     for found in &shot.found {

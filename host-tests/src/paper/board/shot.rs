@@ -1,19 +1,14 @@
 //! A picture of the board to targets with their places on it.
 
-use anyhow::Result;
-use concentric::{
-    Camera, Compensation, Detector, Image, Position, Settings, Storage, Target, TargetSpec, code,
-    coplanar::pool,
-};
+use anyhow::{Context, Result};
+use concentric::{Camera, Compensation, Image, Position, Settings, Target, TargetSpec, code, coplanar::pool};
 
 use super::scene::Stage;
 use crate::{
+    detect,
     layout::Layout,
     matching::{Correspondence, Measured, correspond},
-    paper::simulation::RATIO,
 };
-
-type Memory = Box<Storage<2048, 512, 20_000>>;
 
 /// A target of the board.
 #[derive(Clone, Debug)]
@@ -50,8 +45,9 @@ impl Told {
     fn settings(self, layout: &Layout) -> Result<Settings> {
         let spec = match self {
             Self::Nothing => TargetSpec::any(),
-            Self::Ratio | Self::Camera(_) => TargetSpec::ring(RATIO as f32)?,
+            Self::Ratio | Self::Camera(_) => spec(layout)?,
         };
+        let spec = if layout.light { spec.light() } else { spec };
         let mut settings = Settings::new(spec);
         if let Some(code) = layout.settings_code()? {
             settings = settings.code(code);
@@ -63,24 +59,37 @@ impl Told {
     }
 }
 
+/// The ratios that all targets of the layout share; any if they do not.
+fn spec(layout: &Layout) -> Result<TargetSpec> {
+    let ratios = |radii: &[f64]| -> Vec<f32> {
+        radii.iter().skip(1).zip(radii.first()).map(|(inner, outer)| (inner / outer) as f32).collect()
+    };
+    let mut all = layout.targets.iter().map(|target| ratios(&target.radii));
+    let first = all.next().context("a layout has targets")?;
+    Ok(if all.all(|other| other == first) { TargetSpec::circles(&first)? } else { TargetSpec::any() })
+}
+
 impl Shot {
-    /// A picture of `stage`.
+    /// A picture of `stage`; `noise` and `seed` are for a rendered one.
     ///
     /// # Errors
-    /// A picture on which too few coded markers are read.
+    /// A picture on which too few coded markers are read; names it.
     pub fn new(stage: &Stage, noise: f64, seed: u64, told: Told) -> Result<Self> {
-        let pixels = stage.picture(noise, seed);
-        let (width, height) = (u16::try_from(stage.levels.width)?, u16::try_from(stage.levels.height)?);
+        Self::identified(stage, noise, seed, told).with_context(|| stage.name.clone())
+    }
+
+    fn identified(stage: &Stage, noise: f64, seed: u64, told: Told) -> Result<Self> {
+        let picture = stage.picture(noise, seed)?;
         let settings = told.settings(&stage.layout)?;
-        let image = Image::new(&pixels, width, height)?;
-        let mut memory = Memory::default();
-        let mut detector = Detector::new(settings, &mut memory);
-        let mut targets: Vec<_> = detector.detect(&image)?.collect();
+        let mut targets = detect::run(&picture, settings)?.targets;
+        let size = (u16::try_from(picture.width)?, u16::try_from(picture.height)?);
+        let image = Image::new(&picture.pixels, size.0, size.1)?;
         targets.iter_mut().for_each(|target| _ = code::read(&image, &settings, target));
         let mut pooled = targets.clone();
-        pool(&mut pooled, settings.camera.as_ref())?;
+        // Where they share no plane they stay as they were.
+        let _ = pool(&mut pooled, settings.camera.as_ref());
         let measured: Vec<_> = targets.iter().map(Measured::new).collect();
-        let size = [stage.camera.width, stage.camera.height];
+        let size = [u32::from(size.0), u32::from(size.1)];
         let Correspondence { pairs, unmatched, .. } = correspond(&measured, &stage.layout, size)?;
         let found = pairs.iter().filter_map(|pair| {
             let (target, pooled) = (targets.get(pair.measured)?, pooled.get(pair.measured)?);
