@@ -43,19 +43,23 @@ fn read(frame: &Frame, settings: Settings) -> Vec<Target> {
 /// Every id of both codes at a large size and some tilt: one target, its id, its direction.
 #[test]
 fn every_id_is_read() {
+    let mut failures = Vec::new();
     for (name, code) in [(CodeName::Cct14, Code::cct14()), (CodeName::Cct12, Code::cct12())] {
         for id in code.ids() {
             let (angle, azimuth) = (f64::from(id) * 7.3, f64::from(id) * 31.0);
             let mut scene = coded(scene(24.0, 40.0, azimuth), name, id, angle);
             scene.photometry.noise = 5.0;
+            let frame = scene.render(id.into());
             for spec in [spec(), TargetSpec::any()] {
-                let frame = scene.render(id.into());
                 let targets = read(&frame, Settings::new(spec).code(code));
-                assert_eq!(targets.len(), 1, "{name:?} {id} {spec:?}");
-                let reading = targets[0].code.unwrap_or_else(|| panic!("{name:?} {id} {spec:?} is not read"));
-                assert_eq!((reading.id, reading.wrong), (id, 0), "{reading:?}");
-                assert_eq!(targets[0].circles.len(), 2, "{name:?} {id} {spec:?}");
+                let circles: Vec<_> = targets.iter().map(|target| target.circles.len()).collect();
+                let read = targets.first().and_then(|target| target.code);
+                if circles != [2] || !read.is_some_and(|read| (read.id, read.wrong) == (id, 0)) {
+                    failures
+                        .push(format!("{name:?} {id} {:?}: {circles:?} circles, {read:?}", spec.ratios()));
+                }
             }
         }
     }
+    assert!(failures.is_empty(), "{} failures\n{}", failures.len(), failures.join("\n"));
 }
