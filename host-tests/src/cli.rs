@@ -7,7 +7,7 @@ use std::{
 
 use clap::{Parser, Subcommand};
 
-use crate::{accuracy, demo, detect, monitor, render};
+use crate::{accuracy, demo, detect, monitor, render, sheet};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -16,6 +16,7 @@ Examples:
   concentric detect --ratio 0.5 --overlay marked.png photo.jpg
   concentric detect --json *.png | jq .targets
   concentric render --tilt 40 --out frame.png     a frame to try it on, with the truth beside it
+  concentric sheet board --out board              58 + 5 targets to print, with their layout
   concentric monitor /dev/ttyACM0                 reports of a camera head as JSON lines
   cat photo.pgm | concentric detect --csv -
 
@@ -33,6 +34,7 @@ struct Cli {
 enum Command {
     Detect(detect::command::Args),
     Render(Box<render::command::Args>),
+    Sheet(sheet::command::Args),
     Monitor(monitor::command::Args),
     Accuracy(accuracy::command::Args),
     Demo(demo::Args),
@@ -45,6 +47,7 @@ pub fn main() -> ExitCode {
     let result = match command {
         Command::Detect(args) => detect::command::execute(&args, &mut out),
         Command::Render(args) => render::command::run(&args).map(|()| true),
+        Command::Sheet(args) => sheet::command::execute(&args, &mut out).map(|()| true),
         Command::Monitor(args) => monitor::command::run(&args).map(|()| true),
         Command::Accuracy(args) => accuracy::command::execute(&args, &mut out).map(|()| true),
         Command::Demo(args) => demo::execute(&args, &mut out).map(|()| true),

@@ -12,4 +12,5 @@ pub mod overlay;
 pub mod picture;
 pub mod render;
 pub mod risk;
+pub mod sheet;
 pub mod table;
