@@ -7,7 +7,7 @@ use std::{
 
 use clap::{Parser, Subcommand};
 
-use crate::{accuracy, demo, detect, monitor, render};
+use crate::{accuracy, demo, detect, monitor, paper, render};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -35,6 +35,7 @@ enum Command {
     Render(Box<render::command::Args>),
     Monitor(monitor::command::Args),
     Accuracy(accuracy::command::Args),
+    Paper(paper::command::Args),
     Demo(demo::Args),
 }
 
@@ -47,6 +48,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::command::run(&args).map(|()| true),
         Command::Monitor(args) => monitor::command::run(&args).map(|()| true),
         Command::Accuracy(args) => accuracy::command::execute(&args, &mut out).map(|()| true),
+        Command::Paper(args) => paper::command::execute(&args, &mut out).map(|()| true),
         Command::Demo(args) => demo::execute(&args, &mut out).map(|()| true),
     };
     match result.and_then(|all_well| out.flush().map(|()| all_well).map_err(Into::into)) {

@@ -211,7 +211,7 @@ impl TargetEntry {
             Detail::Full => Details::Full(FullEntry::new(target)),
         };
         Self {
-            id: 0,
+            id: target.code.map_or(0, |code| code.id),
             centre: target.centre,
             sigma_x: sigma(target.covariance.xx),
             sigma_y: sigma(target.covariance.yy),
