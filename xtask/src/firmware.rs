@@ -9,10 +9,12 @@ use anyhow::{Context, Result, anyhow, ensure};
 
 use crate::Root;
 use crate::image::{Forbidden, Image};
-use crate::setup::ensure_qemu;
+use crate::setup::Emulator;
 use crate::steps::{self, Tally, output_of};
-use crate::toolchain::{TARGET, Toolchain};
+use crate::toolchain::{Target, Toolchain};
 
+/// Its processor.
+const TARGET: Target = Target::Armv7Em;
 /// Tells the desktop side where the image is.
 const ELF: &str = "CONCENTRIC_MPS2_ELF";
 const PACKAGE: &str = "concentric-mps2";
@@ -23,7 +25,7 @@ const STORAGE: &str = "STORAGE";
 
 /// Builds the firmware and checks its image.
 pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
-    let toolchain = Toolchain::find()?;
+    let toolchain = Toolchain::find(TARGET)?;
     if toolchain.has_clippy() {
         tally.run(cargo(root, toolchain, "clippy")?.args(["--quiet", "--", "-D", "warnings"]));
     } else {
@@ -45,8 +47,8 @@ pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
 
 /// Runs the firmware in QEMU: the same frames must give the same bytes as on the desktop.
 pub fn qemu_step(root: &Root, tally: &mut Tally) -> Result<()> {
-    ensure_qemu()?;
-    let elf = build(root, Toolchain::find()?)?;
+    Emulator::Arm.ensure()?;
+    let elf = build(root, Toolchain::find(TARGET)?)?;
     let test = ["test", "--release", "--package", "concentric-host", "--test", "mps2", "--", "--ignored"];
     tally.run_tests(root.cargo(&test).env(ELF, elf))
 }
@@ -59,8 +61,8 @@ pub fn play(root: &Root, arguments: &[String]) -> Result<ExitCode> {
     // The user's files are named from where the user is.
     play.current_dir(env::current_dir()?);
     if !arguments.iter().any(|argument| ["-h", "--help"].contains(&argument.as_str())) {
-        ensure_qemu()?;
-        play.env(ELF, build(root, Toolchain::find()?)?);
+        Emulator::Arm.ensure()?;
+        play.env(ELF, build(root, Toolchain::find(TARGET)?)?);
     }
     let status = play.status().context("cannot run cargo")?;
     Ok(ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1)))
@@ -68,7 +70,7 @@ pub fn play(root: &Root, arguments: &[String]) -> Result<ExitCode> {
 
 /// Builds the image.
 fn build(root: &Root, toolchain: Toolchain) -> Result<PathBuf> {
-    let elf = root.target.join("firmware").join(TARGET).join("release").join(PACKAGE);
+    let elf = root.target.join("firmware").join(TARGET.triple()).join("release").join(PACKAGE);
     let built = steps::run(cargo(root, toolchain, "build")?.arg("--quiet"));
     built.map_err(|error| match find_panics(root, toolchain, &elf) {
         Some(places) => anyhow!("{error:#}; a panic is reachable:\n  {}", places.join("\n  ")),

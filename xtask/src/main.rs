@@ -32,7 +32,7 @@ Usage: cargo xtask COMMAND
   mps2      run the firmware by hand, see `cargo xtask mps2 --help`
 
 Environment:
-  CONCENTRIC_TOOLCHAIN  compiler of the firmware: `target` (a compiler that has the target, as with
+  CONCENTRIC_TOOLCHAIN  compiler of firmware: `target` (a compiler that has the target, as with
                         `rustup target add`) or `distribution` (the distribution's compiler and source);
                         unset: the first that is there
   CONCENTRIC_PHOTOS     folder of the photographs for the host tests; they are skipped without it

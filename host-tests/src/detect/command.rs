@@ -118,7 +118,11 @@ impl From<Mode> for Compensation {
     }
 }
 
-fn parse_spec(text: &str) -> Result<TargetSpec> {
+/// `any`, or ratios.
+///
+/// # Errors
+/// What is no number, or no ratio that a target can have.
+pub fn parse_spec(text: &str) -> Result<TargetSpec> {
     if text == "any" {
         return Ok(TargetSpec::any());
     }
@@ -234,13 +238,14 @@ fn one(
 }
 
 /// Returns how many targets could not be refined.
-fn refine(picture: &Picture, settings: &Settings, targets: &mut [Target]) -> Result<usize> {
+pub(crate) fn refine(picture: &Picture, settings: &Settings, targets: &mut [Target]) -> Result<usize> {
     let size = (u16::try_from(picture.width)?, u16::try_from(picture.height)?);
     let image = Image::new(&picture.pixels, size.0, size.1)?;
     Ok(targets.iter_mut().filter_map(|target| (!polish(&image, settings, target)).then_some(())).count())
 }
 
-fn progress(images: usize) -> ProgressBar {
+/// A bar over images, for two or more of them.
+pub(crate) fn progress(images: usize) -> ProgressBar {
     if images < 2 {
         return ProgressBar::hidden();
     }
