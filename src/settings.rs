@@ -75,8 +75,13 @@ impl TargetSpec {
     }
 
     /// The same circles, light on dark.
-    pub const fn light(mut self) -> Self {
-        self.polarity = Polarity::Light;
+    pub const fn light(self) -> Self {
+        self.with_polarity(Polarity::Light)
+    }
+
+    /// The same circles with this polarity.
+    pub const fn with_polarity(mut self, polarity: Polarity) -> Self {
+        self.polarity = polarity;
         self
     }
 
