@@ -17,6 +17,7 @@ use concentric_host::{
     picture::Picture,
     render::{Camera, Distortion, Pose},
 };
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 const BOARDS: u64 = 20;
@@ -144,6 +145,7 @@ fn focal_length_is_not_worse_than_that_of_opencv() {
     let OpenCv { opencv, answers } = read("opencv.json");
     assert_eq!(boards.len(), answers.len(), "opencv.py has not been run after the points were made");
     let (mut ours, mut theirs, mut better) = (0.0, 0.0, 0);
+    let (mut chi_square, mut largest) = (0.0, 0f64);
     for (board, answer) in boards.iter().zip(&answers) {
         // The same model and the same sum of squares have the same minimum.
         let alike = board.calibrate(&layout, &Options { weighted: false, passes: 0, ..Options::default() });
@@ -160,12 +162,18 @@ fn focal_length_is_not_worse_than_that_of_opencv() {
         ours += errors[0].powi(2) / BOARDS as f64;
         theirs += errors[1].powi(2) / BOARDS as f64;
         better += u32::from(errors[0] <= errors[1]);
-        for ((found, sigma), truth) in
-            found.intrinsics.to_array().into_iter().zip(found.sigma.to_array()).zip(board.truth)
-        {
-            assert!((found - truth).abs() < 4.0 * sigma, "{found} {sigma} {truth}");
+        let truth = DVector::from_row_slice(&board.truth);
+        let error = DVector::from_row_slice(&found.intrinsics.to_array()) - truth;
+        for (error, sigma) in error.iter().zip(found.sigma.to_array()) {
+            largest = largest.max(error.abs() / sigma);
         }
+        chi_square += error.dot(&found.covariance.cholesky().unwrap().solve(&error)) / BOARDS as f64;
     }
+    println!(
+        "errors of nine parameters: chi square {chi_square:.2}, largest {largest:.2} standard deviations"
+    );
+    let spread = (2.0 * 9.0 / BOARDS as f64).sqrt();
+    assert!((chi_square - 9.0).abs() < 3.0 * spread && largest < 3.0, "{chi_square} {largest}");
     println!(
         "RMS error of fx: {:.4} px, OpenCV {opencv} {:.4} px, not worse on {better}",
         ours.sqrt(),
