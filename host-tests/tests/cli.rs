@@ -78,7 +78,7 @@ fn json(output: &Output) -> Vec<Value> {
 fn help_and_version() {
     let folder = Folder::new();
     let help = text(&folder.run(&["--help"]).stdout);
-    for word in ["detect", "render", "monitor", "accuracy", "demo", "Examples:"] {
+    for word in ["detect", "render", "monitor", "accuracy", "paper", "demo", "Examples:"] {
         assert!(help.contains(word), "{help}");
     }
     assert_eq!(

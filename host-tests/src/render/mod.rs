@@ -10,6 +10,7 @@
 //! all public fields except [`Ellipse::theta`] (radians, as the library reports it).
 
 mod camera;
+mod coded;
 pub mod command;
 mod crowd;
 mod decoy;
@@ -28,6 +29,7 @@ mod truth;
 mod visible;
 
 pub use camera::{Camera, Distortion, Ellipse, Pose, View};
+pub use coded::CodeRing;
 pub use decoy::{Decoy, DecoyKind};
 pub use occluder::{Cover, Occluder};
 pub use outline::{Outline, Piece};
