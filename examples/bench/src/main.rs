@@ -1,5 +1,5 @@
-//! Measures the frames that lie in the board's memory and prints a line for each: number, bytes of stack, the report in
-//! hexadecimal digits. See `README.md` beside this package.
+//! Measures the frames that lie in the board's memory and prints a line for each: number, bytes of stack and of storage,
+//! the report in hexadecimal digits. See `README.md` beside this package.
 
 #![no_std]
 #![no_main]
@@ -11,7 +11,7 @@ mod measure;
 use core::fmt::{self, Write as _};
 
 use concentric::Detector;
-use concentric::report::{Report, max_len};
+use concentric::report::{Detail, Report, max_len};
 #[cfg(target_arch = "arm")]
 use cortex_m_rt::entry;
 #[cfg(target_arch = "riscv32")]
@@ -37,7 +37,7 @@ impl Memory {
             small: Small::new(),
             medium: Medium::new(),
             large: Large::new(),
-            report: Report::new(DETAIL),
+            report: Report::new(Detail::Terse),
             bytes: [0; max_len(MAX_TARGETS, DETAIL)],
         }
     }
@@ -79,21 +79,22 @@ fn take_word(rest: &mut &[u8]) -> Option<u32> {
 
 fn frame(memory: &mut Memory, number: u32, frame: (&[u8], u16, u16)) -> Option<()> {
     let Memory { small, medium, large, report, bytes } = memory;
-    let mut detector = match frame.1 {
-        0..=320 => Detector::new(SETTINGS, small),
-        321..=640 => Detector::new(SETTINGS, medium),
-        _ => Detector::new(SETTINGS, large),
+    let (mut detector, storage) = match frame.1 {
+        0..=320 => (Detector::new(SETTINGS, small), Small::BYTES),
+        321..=640 => (Detector::new(SETTINGS, medium), Medium::BYTES),
+        _ => (Detector::new(SETTINGS, large), Large::BYTES),
     };
+    *report = Report::new(DETAIL);
     report.begin(number);
     let (sent, stack) = hardware::with_stack(|| {
         if cfg!(feature = "empty") {
-            Some(&[][..])
+            None
         } else {
-            measure::measure(&mut detector, frame, report, bytes)
+            measure::measure_frame(&mut detector, frame, report, bytes)
         }
     });
     hardware::mark(Region::End);
-    write!(Console, "{number} {stack} ").ok()?;
+    write!(Console, "{number} {stack} {storage} ").ok()?;
     for byte in sent? {
         write!(Console, "{byte:02x}").ok()?;
     }

@@ -39,7 +39,7 @@ impl Observer for &Refusals {
 
 /// Gives the rows of a frame to the detector, and its targets to the report.
 #[inline(never)]
-pub fn measure<'b>(
+pub fn measure_frame<'b>(
     detector: &mut Detector<'_>,
     (pixels, width, height): (&[u8], u16, u16),
     report: &mut Report<MAX_TARGETS>,
