@@ -163,10 +163,6 @@ impl Frame {
         self.report = report.finish(&summary, &mut bytes)?.iter().map(|byte| format!("{byte:02x}")).collect();
         self.targets = summary.targets;
         self.dropped = summary.dropped.runs + summary.dropped.outlines + summary.dropped.crossings;
-        println!(
-            "{} {}x{}: {} targets, dropped {:?}, used {:?}",
-            self.scene, self.width, self.height, self.targets, summary.dropped, summary.used
-        );
         Ok(())
     }
 }
