@@ -16,3 +16,4 @@ pub mod picture;
 pub mod render;
 pub mod risk;
 pub mod table;
+pub mod workload;
