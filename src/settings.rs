@@ -213,9 +213,9 @@ pub(crate) mod limits {
     /// Smallest local contrast that counts as an edge, grey levels: below it 8-bit quantisation and shading
     /// make contours of their own.
     pub const MIN_CONTRAST: u8 = 10;
-    /// The same as a multiple of the noise figure (the range that one cell in eight stays below, about 2.6 sigma): 10 sigma.
-    /// In a frame of a million pixels the widest of all windows of pure noise spans 9.
-    pub const CONTRAST_TO_NOISE: u16 = 4;
+    /// The same in halves of the noise figure (the range that the samples of one cell in eight stay below, about 1.9 sigma): 10
+    /// sigma. In a frame of a million pixels the widest of all windows of pure noise spans 9.
+    pub const CONTRAST_TO_NOISE: u32 = 11;
     /// Smallest bounding box, px: a semi-axis of 2.5 px is the least at which an ellipse can be told from a square.
     pub const MIN_EXTENT: u16 = 5;
     /// Smallest semi-minor axis of the outer circle, px: below it the edges blur into each other.

@@ -6,15 +6,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-use concentric_host::{
-    layout::Layout,
-    paper::{
-        board::{USUAL, level::Level, scene},
-        page,
-        plots::plots,
-        printed::{DEVIATION, TABLE_1, TARGETS, VIEWS},
-        report::Report,
-    },
+use concentric_host::paper::{
+    board::{USUAL, level::Level, scene},
+    page,
+    plots::plots,
+    printed::{DEVIATION, TABLE_1, TARGETS, VIEWS},
+    report::Report,
 };
 use indicatif::ProgressBar;
 
@@ -146,7 +143,7 @@ fn help_tells_what_is_written_and_a_folder_that_cannot_be_is_refused() {
 #[test]
 fn methods_are_compared_on_pictures_of_ones_own() {
     let folder = tempfile::tempdir().expect("a folder");
-    let layout: Layout = scene::layout();
+    let layout = &REPORT.board.stages[0].layout;
     layout.write(&folder.path().join("board.layout")).expect("a file");
     let names: Vec<_> = (1..=VIEWS).map(|number| format!("view{number}.png")).collect();
     for (stage, name) in REPORT.board.stages.iter().zip(&names) {

@@ -108,6 +108,11 @@ impl<'b, L: Line, S: OutputPin, T: InputPin, D: DelayNs> Head<'b, L, S, T, D> {
         self.format = format;
     }
 
+    /// Sends a hello before the next report.
+    pub fn introduce(&mut self) {
+        self.hello_due = true;
+    }
+
     /// Waits for the trigger, measures a frame with the light on and hands its report to the line. `row` must hold a row.
     /// Commands that arrived by then are carried out first.
     ///
@@ -160,6 +165,11 @@ impl<'b, L: Line, S: OutputPin, T: InputPin, D: DelayNs> Head<'b, L, S, T, D> {
     /// Those of the line.
     pub fn flush(&mut self) -> Result<(), L::Error> {
         self.wire.flush()
+    }
+
+    /// The line.
+    pub fn line_mut(&mut self) -> &mut L {
+        &mut self.wire.line
     }
 
     /// Gives line and exposure back. What waits to be sent is lost.

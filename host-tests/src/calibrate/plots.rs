@@ -10,6 +10,8 @@ use crate::{
 };
 
 const SIZE: (u32, u32) = (1080, 440);
+/// Width over height of a chart.
+const ASPECT: f64 = 1.3;
 /// Length of the shift that is drawn longest, as a share of the frame's larger side.
 const LONGEST: f64 = 0.06;
 /// Shifts up to this share of all, by length, are drawn to scale; the longest ones reach farther.
@@ -66,15 +68,19 @@ fn field(found: &Calibration, area: &Area) -> Result<()> {
 fn scatter(found: &Calibration, area: &Area) -> Result<()> {
     let reach = 1000.0 * scale(found) * 1.3;
     let title = format!("All residuals, RMS {:.1} mpx", 1000.0 * found.rms);
-    let mut chart = chart(area, &title).build_cartesian_2d(-1.6 * reach..1.6 * reach, reach..-reach)?;
+    let mut chart = chart(area, &title).build_cartesian_2d(-ASPECT * reach..ASPECT * reach, reach..-reach)?;
     axes(&mut chart, "along x, mpx", "along y, mpx")?;
-    for end in [[(-1.6 * reach, 0.0), (1.6 * reach, 0.0)], [(0.0, -reach), (0.0, reach)]] {
+    for end in [[(-ASPECT * reach, 0.0), (ASPECT * reach, 0.0)], [(0.0, -reach), (0.0, reach)]] {
         chart.draw_series(LineSeries::new(end, FAINT.stroke_width(1)))?;
     }
     let kept = each(found).filter(|(_, residual)| residual.kept);
     let dots = kept.map(|(colour, residual)| {
         let [x, y] = residual.shift.map(|shift| 1000.0 * shift);
-        Circle::new((x.clamp(-1.6 * reach, 1.6 * reach), y.clamp(-reach, reach)), 2, colour.mix(0.6).filled())
+        Circle::new(
+            (x.clamp(-ASPECT * reach, ASPECT * reach), y.clamp(-reach, reach)),
+            2,
+            colour.mix(0.6).filled(),
+        )
     });
     chart.draw_series(dots)?;
     Ok(())

@@ -329,6 +329,8 @@ mod tests {
             json: false,
             csv: false,
             overlay: Some("out/o.png".into()),
+            code: None,
+            ids: Vec::new(),
         };
         overlay_paths(&args).unwrap().into_iter().flatten().map(|path| path.display().to_string()).collect()
     }

@@ -1,24 +1,16 @@
 //! The board and the places from which it is seen. The paper gives the radii, the numbers and the frame; the rest is ours.
 
 use anyhow::{Result, ensure};
-use concentric::Code;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use crate::{
-    layout::{CodeName, Layout, LayoutTarget},
+    layout::Layout,
     paper::printed::{TARGETS, VIEWS},
     picture::Picture,
     render::{Camera, Levels, Photometry, Pose},
+    sheet::Plan,
 };
-
-/// Radii of the targets, mm.
-const RADII: [f64; 2] = [5.0, 2.5];
-/// Columns and rows of the grid, and its pitch, mm.
-const GRID: [u16; 2] = [9, 7];
-const PITCH: f64 = 22.0;
-/// Column and row of the coded markers.
-const CODED: [[u16; 2]; 5] = [[1, 1], [7, 1], [4, 2], [1, 5], [7, 5]];
 
 /// A view of a board: a picture, or what a noise makes one of.
 #[derive(Clone, Debug)]
@@ -100,20 +92,6 @@ impl Stage {
     }
 }
 
-/// 58 targets and five coded ones in a grid about the origin.
-pub fn layout() -> Layout {
-    let mut ids = Code::FIVE.into_iter();
-    let place = |i: u16, count: u16| (f64::from(i) - f64::from(count - 1) / 2.0) * PITCH;
-    let [columns, rows] = GRID;
-    let cells = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
-    let target = |cell: [u16; 2]| LayoutTarget {
-        id: CODED.contains(&cell).then(|| ids.next()).flatten(),
-        position: [place(cell[0], columns), place(cell[1], rows), 0.0],
-        radii: RADII.to_vec(),
-    };
-    Layout { code: Some(CodeName::Five), light: false, targets: cells.map(target).collect() }
-}
-
 /// The camera of section 4.1 with the frame of section 4.2.
 pub fn camera() -> Camera {
     Camera::new(1280, 960, Camera::paper().f)
@@ -140,7 +118,7 @@ fn poses() -> [Pose; VIEWS] {
 /// # Errors
 /// None that a caller can cause.
 pub fn stages(progress: &ProgressBar) -> Result<Vec<Stage>> {
-    let layout = layout();
+    let layout = Plan::board().layout()?;
     let plain = layout.targets.iter().filter(|target| target.id.is_none()).count();
     ensure!(plain == TARGETS, "{plain} targets on the board, {TARGETS} wanted");
     let stage = |(number, pose): (usize, &Pose)| {
