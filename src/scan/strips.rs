@@ -241,6 +241,11 @@ impl<'s> Strips<'s> {
         }
     }
 
+    /// Whether no row of the block in work has a dark pixel.
+    pub fn all_light(&self) -> bool {
+        self.first == END
+    }
+
     /// The strips in which row `row` of the block in work may change sides: first columns, and dark pixels one bit each.
     pub fn dark(&self, row: usize) -> impl Iterator<Item = (u16, u32)> {
         let mut at = self.first;
