@@ -54,7 +54,19 @@ impl<'a, 's> Linker<'a, 's> {
         let (width, height, pushed) = (rows.width(), rows.height(), rows.pushed());
         let min_step = i32::from(min_contrast) / 2;
         let rows = rows.from_row(i32::from(first) - i32::from(REACH));
-        Self { rows, width, height, outlines, pool, dropped, min_step, pushed, first, y: first, near: [&[]; 4] }
+        Self {
+            rows,
+            width,
+            height,
+            outlines,
+            pool,
+            dropped,
+            min_step,
+            pushed,
+            first,
+            y: first,
+            near: [&[]; 4],
+        }
     }
 
     /// Gives every transition of `current`, in row `y` of the block or in the one below the frame, its outline; `previous` is

@@ -33,7 +33,8 @@ impl Moments {
     fn add_transition(&mut self, sign: i32, x: i32, y: i32) {
         // On small processors long products are dear. Squares are short in any case.
         let small = x.unsigned_abs() < SMALL && y.unsigned_abs() < SMALL;
-        let product = |a: i32, b: i32| if small { i64::from(a.wrapping_mul(b)) } else { i64::from(a) * i64::from(b) };
+        let product =
+            |a: i32, b: i32| if small { i64::from(a.wrapping_mul(b)) } else { i64::from(a) * i64::from(b) };
         let signed = sign * x;
         let (xx, xy) = (signed * x, signed * y);
         self.area += i64::from(signed);
