@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::camera::Camera;
+use crate::code::Code;
 
 /// Largest number of circles in a [`TargetSpec`].
 pub const MAX_SPEC_CIRCLES: usize = 4;
@@ -74,8 +75,13 @@ impl TargetSpec {
     }
 
     /// The same circles, light on dark.
-    pub const fn light(mut self) -> Self {
-        self.polarity = Polarity::Light;
+    pub const fn light(self) -> Self {
+        self.with_polarity(Polarity::Light)
+    }
+
+    /// The same circles with this polarity.
+    pub const fn with_polarity(mut self, polarity: Polarity) -> Self {
+        self.polarity = polarity;
         self
     }
 
@@ -123,12 +129,14 @@ pub struct Settings {
     pub compensation: Compensation,
     /// The camera, if it is known.
     pub camera: Option<Camera>,
+    /// The code that targets may carry, if any.
+    pub code: Option<Code>,
 }
 
 impl Settings {
     /// Settings for `spec` with the exact compensation.
     pub const fn new(spec: TargetSpec) -> Self {
-        Self { spec, compensation: Compensation::Exact, camera: None }
+        Self { spec, compensation: Compensation::Exact, camera: None, code: None }
     }
 
     /// The same with another compensation.
@@ -141,6 +149,12 @@ impl Settings {
     /// have a normal.
     pub const fn camera(mut self, camera: Camera) -> Self {
         self.camera = Some(camera);
+        self
+    }
+
+    /// The same with targets that may carry a code. A target without one is found all the same.
+    pub const fn code(mut self, code: Code) -> Self {
+        self.code = Some(code);
         self
     }
 }
@@ -162,6 +176,15 @@ pub enum SettingsError {
         /// How many were given.
         given: usize,
     },
+    /// An id that the code does not have.
+    Id {
+        /// The id given.
+        given: u16,
+        /// Largest one of the code.
+        max: u16,
+    },
+    /// A code without ids.
+    NoIds,
 }
 
 impl fmt::Display for SettingsError {
@@ -177,6 +200,8 @@ impl fmt::Display for SettingsError {
             Self::RatioCount { given } => {
                 write!(f, "{given} ratios given: 1..={} inner circles are possible", MAX_SPEC_CIRCLES - 1)
             }
+            Self::Id { given, max } => write!(f, "id {given} is outside 1..={max}"),
+            Self::NoIds => write!(f, "no id given: a code needs one at least"),
         }
     }
 }
@@ -230,6 +255,8 @@ pub(crate) mod limits {
     pub const RATIO_TOLERANCE: f32 = 0.04;
     /// What an edge displacement adds to it, times the inner semi-minor axis, px.
     pub const RATIO_TOLERANCE_EDGE: f32 = 0.25;
+    /// The same for the arcs of a ring of segments, whose ellipses are guesses.
+    pub const CODE_RATIO: f32 = 0.06;
     /// A mark in the middle is not a circle of the target: smallest ratio accepted where ratios are measured.
     pub const MIN_MEASURED_RATIO: f32 = 0.18;
     /// Smallest semi-minor axis of an inner circle, px.
