@@ -53,6 +53,7 @@ mod arcs;
 mod camera;
 mod candidate;
 pub mod centre;
+pub mod code;
 pub mod coplanar;
 mod detector;
 mod edge;
@@ -72,6 +73,7 @@ mod summary;
 pub mod target;
 
 pub use camera::{Camera, CameraError, Distortion};
+pub use code::{Code, CodeError, Reading};
 pub use detector::{
     Detection, Detector, FrameError, Image, MAX_HEIGHT, MAX_WIDTH, MIN_SIZE, Rest, RowError, Scan, Targets,
 };
