@@ -84,7 +84,10 @@ pub(super) fn joint(circles: &FittedList, source: &Source<'_, '_>, given: bool) 
             rms: math::sqrt(arcs.squares / f32::from(arcs.points.max(1))),
             ..circle.adjusted
         };
-        judge(&circle.adjusted, circle.gap, true)?;
+        // The others were judged by themselves.
+        if circle.partial {
+            judge(&circle.adjusted, circle.gap, true)?;
+        }
         let _ = together.push(circle);
         if let Some(adjusted) = alone(source, arcs.edge, shape, (fit.limit, arcs.used)) {
             let _ = separate.push(Fitted { adjusted: adjusted.with_variance(factor), ..circle });
