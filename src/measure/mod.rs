@@ -113,7 +113,7 @@ fn outermost(mut head: u16, scanner: &Scanner<'_>, settings: &Settings) -> u16 {
     {
         let coded = settings.code.is_some()
             && (ring(outline, inner) || whole.is_some_and(|whole| ring(outline, whole)));
-        let open = outline.open && settings.spec.ratios().is_empty();
+        let open = outline.open && (settings.spec.ratios().is_empty() || settings.code.is_some());
         if !open && !coded {
             break;
         }
