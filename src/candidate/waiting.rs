@@ -51,11 +51,11 @@ impl Waiting {
         let width = scanner.width();
         let inside = |inner: &Outline| concentric(&outline, &shape, inner, width);
         let mut inner = self.take_inner(inside, &mut scanner.outlines);
-        if inner == NONE && self.insert_inside(label, scanner) {
-            return;
-        }
         if inner == NONE && !outline.partial {
             inner = self.take_from_arc(inside, &mut scanner.outlines);
+        }
+        if inner == NONE && self.insert_inside(label, scanner) {
+            return;
         }
         let ready = ready_row(&outline, scanner);
         if let Some(outline) = scanner.outlines.get_mut(label) {
