@@ -149,7 +149,7 @@ pub(super) fn judge(adjusted: &Adjusted, gap: u32, together: bool) -> Result<(),
     }
 }
 
-/// A first ellipse of an edge of which only arcs are seen: that of [`rough`](super::joint::rough), unless a lens bends it. What is
+/// A first ellipse of an edge of which only arcs are seen: that of [`rough`](super::together::rough), unless a lens bends it. What is
 /// seen of it is judged when it is fitted together with others.
 fn fit_arcs(source: &Source<'_, '_>, k: usize, edge: &Edge) -> Result<Fitted, Reject> {
     let places = source.crossings(k).filter_map(|crossing| edge_point(crossing, source.origin.pixel));

@@ -9,10 +9,10 @@
 mod choose;
 mod combine;
 mod ellipse;
-mod joint;
 mod known;
 mod origin;
 mod sectors;
+mod together;
 
 use crate::candidate;
 use crate::code;
@@ -29,10 +29,10 @@ use combine::{Centre, combine, measured_perspective, significant};
 pub(crate) use ellipse::{Fitted, FittedList};
 use ellipse::{Source, fit};
 use heapless::Vec;
-use joint::{Joint, joint, rough};
 use known::{Known, known};
 pub(crate) use origin::Origin;
 pub(crate) use sectors::PARTS;
+use together::{Together, rough, together};
 
 /// Most further passes over the levels of a target with something in front of it: each leaves more of that out.
 const LEVEL_PASSES: usize = 3;
@@ -84,12 +84,12 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let circles = choose(&fitted, settings, width)?;
     let light = Light::new(&levels, blur.sigma, &circles);
     if circles.iter().any(Fitted::is_occluded) {
-        let joint = joint(&circles, &source, given)?;
-        if open && !joint.has_ratios(settings.spec.ratios()) {
+        let all = together(&circles, &source, given)?;
+        if open && !all.has_ratios(settings.spec.ratios()) {
             return Err(Reject::OpenOutline);
         }
-        let forms = Forms::joint(&joint, light.plane, &origin).ok_or(Reject::NotConcentric)?;
-        return target(&joint.circles, &forms, settings, (&light, &origin));
+        let forms = Forms::together(&all, light.plane, &origin).ok_or(Reject::NotConcentric)?;
+        return target(&all.circles, &forms, settings, (&light, &origin));
     }
     assemble(&circles, settings, &light, &origin)
 }
@@ -243,8 +243,8 @@ impl Forms {
     }
 
     /// Of circles that were measured together.
-    fn joint(joint: &Joint, plane: f32, origin: &Origin) -> Option<Self> {
-        let Joint { circles, separate, covariance } = joint;
+    fn together(all: &Together, plane: f32, origin: &Origin) -> Option<Self> {
+        let Together { circles, separate, covariance } = all;
         let with = |t: f32| Some(Centre { covariance: *covariance, ..combine(circles, t)? });
         let exact = with(measured_perspective(circles)?)?;
         Some(Self {

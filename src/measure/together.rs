@@ -18,7 +18,7 @@ use heapless::Vec;
 
 /// Circles that were fitted together.
 #[derive(Clone, Debug)]
-pub(super) struct Joint {
+pub(super) struct Together {
     pub circles: FittedList,
     /// The same, each then fitted by itself.
     pub separate: FittedList,
@@ -26,7 +26,7 @@ pub(super) struct Joint {
     pub covariance: Covariance,
 }
 
-impl Joint {
+impl Together {
     /// Whether the inner circles have these ratios as they are measured, so closely that it is no accident.
     pub fn has_ratios(&self, wanted: &[f32]) -> bool {
         let Some((outer, inner)) = self.circles.split_first() else { return false };
@@ -67,12 +67,16 @@ pub(super) fn rough(edges: &mut [Edge], pool: &Pool<'_>, origin: &Origin) {
 
 /// Fits the `circles`, which are those of one target, together; `given` tells that their ratios are not measured.
 #[inline(never)]
-pub(super) fn joint(circles: &FittedList, source: &Source<'_, '_>, given: bool) -> Result<Joint, Reject> {
+pub(super) fn together(
+    circles: &FittedList,
+    source: &Source<'_, '_>,
+    given: bool,
+) -> Result<Together, Reject> {
     let mut fit = Fit::new(circles, source).ok_or(Reject::NotConcentric)?;
     let step = fit.settle(given).ok_or(Reject::NotConcentric)?;
     let explained = step.rms <= EXPLAINED * source.noise;
     let factor = if explained { 1.0 } else { fit.excess() };
-    let (mut together, mut separate) = (FittedList::new(), FittedList::new());
+    let (mut all, mut separate) = (FittedList::new(), FittedList::new());
     for (circle, arcs) in circles.iter().zip(&fit.arcs) {
         let mut circle = Fitted { ratio: arcs.ratio, ..*circle };
         circle.gap = arcs.seen.closed(arcs.minor).longest_gap();
@@ -88,12 +92,12 @@ pub(super) fn joint(circles: &FittedList, source: &Source<'_, '_>, given: bool) 
         if circle.partial {
             judge(&circle.adjusted, circle.gap, true)?;
         }
-        let _ = together.push(circle);
+        let _ = all.push(circle);
         if let Some(adjusted) = alone(source, arcs.edge, shape, (fit.limit, arcs.used)) {
             let _ = separate.push(Fitted { adjusted: adjusted.with_variance(factor), ..circle });
         }
     }
-    Ok(Joint { circles: together, separate, covariance: step.covariance(0.0).scaled(factor) })
+    Ok(Together { circles: all, separate, covariance: step.covariance(0.0).scaled(factor) })
 }
 
 /// The arcs of a circle.
