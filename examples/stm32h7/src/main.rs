@@ -29,7 +29,7 @@ const HEIGHT: usize = 480;
 /// The same in words of memory.
 const FRAME_WORDS: usize = WIDTH * HEIGHT / 4;
 /// Most targets in a report.
-const TARGETS: usize = 60;
+const TARGETS: usize = 48;
 /// Reports that can wait for the line.
 const BUFFER: usize = 2 * buffer_len(TARGETS, Detail::Normal);
 /// Time that the light needs to come up, us.
@@ -43,7 +43,7 @@ bind_interrupts!(struct Irqs {
     USART3 => usart::BufferedInterruptHandler<peripherals::USART3>;
 });
 
-static STORAGE: ConstStaticCell<Storage<WIDTH, 192, 4000>> = ConstStaticCell::new(Storage::new());
+static STORAGE: ConstStaticCell<Storage<WIDTH, 192, 3500>> = ConstStaticCell::new(Storage::new());
 static BYTES: ConstStaticCell<[u8; BUFFER]> = ConstStaticCell::new([0; BUFFER]);
 static ROW: ConstStaticCell<[u8; WIDTH]> = ConstStaticCell::new([0; WIDTH]);
 static REPORT: StaticCell<Report<TARGETS>> = StaticCell::new();

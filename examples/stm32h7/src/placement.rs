@@ -16,7 +16,8 @@ pub fn frame() -> Option<&'static mut [u32]> {
     if TAKEN.swap(true, Ordering::AcqRel) {
         return None;
     }
+    let frame = &raw mut FRAME;
     // SAFETY: only one caller gets here, and nothing else names the variable.
-    let frame = unsafe { &mut *&raw mut FRAME };
+    let frame = unsafe { &mut *frame };
     Some(frame.write([0; crate::FRAME_WORDS]))
 }
