@@ -60,6 +60,7 @@ mod edge;
 mod fit;
 #[cfg(feature = "hal")]
 pub mod head;
+mod log;
 mod math;
 mod measure;
 pub mod model;

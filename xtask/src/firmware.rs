@@ -57,7 +57,15 @@ pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
         println!("{}:", board.name);
         check(root, board, tally)?;
     }
+    tally.check(check_logs(root));
     Ok(())
+}
+
+/// The library with its logs; a link would need somewhere for them to go.
+fn check_logs(root: &Root) -> Result<()> {
+    let mut command = Toolchain::find(AN386.target)?.cargo("check")?;
+    command.current_dir(&root.folder).args(["--quiet", "--package", "concentric", "--features", "defmt,hal"]);
+    steps::run(command.arg("--target-dir").arg(root.target.join("firmware")))
 }
 
 fn check(root: &Root, board: Board, tally: &mut Tally) -> Result<()> {
