@@ -1,50 +1,15 @@
 //! Calibration from points whose truth is known.
 
+mod common;
+
+use common::boards::{Draw, SIZE, WIDE, board, tilted};
 use concentric_host::calibrate::{
     CalibrationError, Intrinsics, Options, Placed, Point, Pose, View, calibrate,
 };
-use nalgebra::{Matrix2, Rotation3, Vector2, Vector3};
-use rand_distr::{Distribution, StandardNormal, Uniform, uniform::SampleUniform};
-use rand_pcg::Pcg64;
+use nalgebra::{Matrix2, Vector2, Vector3};
 
-/// A wide lens that distorts much.
-const WIDE: [f64; 9] = [905.0, 900.0, 652.0, 471.0, -0.3, 0.11, 0.0012, -0.0008, -0.02];
-const SIZE: [u32; 2] = [1280, 960];
 /// Radius of the circles, mm.
 const RADIUS: f64 = 12.0;
-
-struct Draw(Pcg64);
-
-impl Draw {
-    fn new(seed: u64) -> Self {
-        Self(Pcg64::new(u128::from(seed), 0xa02bdbf7bb3c0a7ac28fa16a64abf96))
-    }
-
-    fn between<T: SampleUniform>(&mut self, low: T, high: T) -> T {
-        Uniform::new(low, high).unwrap().sample(&mut self.0)
-    }
-
-    fn normal(&mut self) -> f64 {
-        StandardNormal.sample(&mut self.0)
-    }
-}
-
-/// 9 x 7 points, 30 mm apart.
-fn board() -> Vec<[f64; 3]> {
-    let at = |i: usize| [(i % 9) as f64 * 30.0 - 120.0, (i / 9) as f64 * 30.0 - 90.0, 0.0];
-    (0..63).map(at).collect()
-}
-
-/// The board tilted by 20 to 50 degrees in any direction.
-fn tilted(draw: &mut Draw) -> Pose {
-    let direction = draw.between(0.0, std::f64::consts::TAU);
-    let tilt = draw.between(20f64, 50.0).to_radians();
-    let axis = Vector3::new(direction.cos(), direction.sin(), 0.0) * tilt;
-    let roll = Vector3::z() * draw.between(-3.0, 3.0);
-    let rotation = Rotation3::from_scaled_axis(axis) * Rotation3::from_scaled_axis(roll);
-    let tvec = Vector3::new(draw.between(-60.0, 60.0), draw.between(-40.0, 40.0), draw.between(300.0, 420.0));
-    Pose::new(rotation.matrix(), tvec)
-}
 
 fn frontal(draw: &mut Draw) -> Pose {
     let rvec = Vector3::z() * draw.between(-3.0, 3.0);

@@ -59,6 +59,7 @@ fn spec(ratios: &[u16], polarity: Polarity) -> Result<TargetSpec, Outcome> {
             min: (TargetSpec::MIN_RATIO * RATIO_ONE) as u16 + 1,
             max: (max * RATIO_ONE) as u16,
         },
+        // The others are of codes, of which a command says nothing.
         _ => too_many,
     })?;
     Ok(spec.with_polarity(polarity))

@@ -71,20 +71,28 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     assemble(&circles, settings, &Light::new(&levels, blur.sigma, &circles), &origin)
 }
 
-/// The outermost outline of the chain that can be a circle of a target. What is around it and open by itself is none, nor is
-/// an arc of the ring of segments of a code.
+/// The outermost outline of the chain that can be a circle of a target. What is around it and open by itself is none, nor are
+/// arcs of the ring of segments of a code.
 fn outermost(mut head: u16, scanner: &Scanner<'_>, settings: &Settings) -> u16 {
-    let of_code = |outline: &Outline, inner: &Outline| {
+    let outlines = &scanner.outlines;
+    let mut whole = head;
+    while let Some(outline) = outlines.get(whole).filter(|outline| outline.partial) {
+        whole = outline.inner;
+    }
+    let whole = outlines.get(whole);
+    let ring = |outline: &Outline, inner: &Outline| {
         let ratio = math::sqrt((inner.moments.area as f32 / outline.moments.area as f32).abs());
-        let ring = [code::INNER / code::OUTER, 1.0 / code::OUTER, 1.0 / code::INNER];
-        settings.code.is_some()
-            && outline.partial
-            && ring.into_iter().any(|wanted| (ratio / wanted - 1.0).abs() < limits::CODE_RATIO)
+        let of_code = [code::INNER / code::OUTER, 1.0 / code::OUTER, 1.0 / code::INNER];
+        of_code.into_iter().any(|wanted| (ratio / wanted - 1.0).abs() < limits::CODE_RATIO)
     };
-    while let Some(outline) = scanner.outlines.get(head)
-        && let Some(inner) = scanner.outlines.get(outline.inner)
-        && (outline.open || of_code(outline, inner))
+    while let Some(outline) = outlines.get(head).filter(|outline| outline.partial)
+        && let Some(inner) = outlines.get(outline.inner)
     {
+        let coded = settings.code.is_some()
+            && (ring(outline, inner) || whole.is_some_and(|whole| ring(outline, whole)));
+        if !outline.open && !coded {
+            break;
+        }
         head = outline.inner;
     }
     head

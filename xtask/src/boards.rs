@@ -4,39 +4,52 @@ use anyhow::{Result, ensure};
 
 use crate::Root;
 use crate::image::Image;
+use crate::package::Package;
 use crate::steps::{self, Tally};
-use crate::toolchain::{Target, Toolchain};
+use crate::toolchain::Target;
 
-/// Folders in `examples`, and their processors.
-const BOARDS: [(&str, Target); 2] = [("rp2350", Target::Armv8M), ("stm32h7", Target::Armv7Em)];
+/// Their firmware.
+const PACKAGES: [Package; 2] = [
+    Package {
+        name: "concentric-rp2350",
+        folder: "examples/rp2350",
+        target: Target::Armv8M,
+        cpu: None,
+        features: &[],
+    },
+    Package {
+        name: "concentric-stm32h7",
+        folder: "examples/stm32h7",
+        target: Target::Armv7Em,
+        cpu: None,
+        features: &[],
+    },
+];
 
-/// Builds all of them, and prints their sizes.
+/// Builds all of it, and prints the sizes.
 pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
-    for (folder, target) in BOARDS {
-        tally.check(build(root, folder, target));
+    for package in PACKAGES {
+        if let Some(mut clippy) = package.clippy(root)? {
+            tally.run(&mut clippy);
+        }
+        tally.check(check(root, package));
     }
+    tally.check(check_logs(root));
     Ok(())
 }
 
-fn build(root: &Root, folder: &str, target: Target) -> Result<()> {
-    let toolchain = Toolchain::find(target)?;
-    let built = root.target.join("firmware");
-    let cargo = |subcommand: &str| -> Result<_> {
-        let mut command = toolchain.cargo(subcommand)?;
-        command.current_dir(root.folder.join("examples").join(folder));
-        command.args(["--quiet", "--release", "--target-dir"]).arg(&built);
-        Ok(command)
-    };
-    if toolchain.has_clippy() {
-        steps::run(cargo("clippy")?.args(["--", "-D", "warnings"]))?;
-    }
-    steps::run(&mut cargo("build")?)?;
-    let elf = built.join(target.triple()).join("release").join(format!("concentric-{folder}"));
-    let image = Image::read(&elf)?;
-    println!("{folder}: flash {} bytes, RAM {} bytes", image.flash(), image.ram());
+fn check(root: &Root, package: Package) -> Result<()> {
+    let image = Image::read(&package.build(root)?)?;
+    println!("{}: flash {} bytes, RAM {} bytes", package.name, image.flash(), image.ram());
     ensure!(
         image.variable("STORAGE").is_some_and(|storage| storage.section == ".bss"),
         "STORAGE takes flash"
     );
     Ok(())
+}
+
+/// The library with its logs, for a board; a link would need somewhere for them to go.
+fn check_logs(root: &Root) -> Result<()> {
+    let package = Package { name: "concentric", folder: ".", features: &["defmt", "hal"], ..PACKAGES[1] };
+    steps::run(package.cargo(root, "check")?.args(["--quiet", "--package", "concentric"]))
 }

@@ -2,25 +2,23 @@
 
 use std::env;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::path::PathBuf;
+use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, ensure};
 
 use crate::Root;
 use crate::image::{Forbidden, Image};
+use crate::package::{NOWHERE, Package};
 use crate::setup::Emulator;
-use crate::steps::{self, Tally, output_of};
-use crate::toolchain::{Target, Toolchain};
+use crate::steps::Tally;
+use crate::toolchain::Target;
 
 /// A board that QEMU emulates, and its firmware.
 #[derive(Clone, Copy, Debug)]
 struct Board {
     name: &'static str,
-    /// Folder in `examples`; the package has its name with `concentric-` in front.
-    folder: &'static str,
-    features: &'static [&'static str],
-    target: Target,
+    package: Package,
     emulator: Emulator,
     /// Tells the desktop side where the image is.
     elf: &'static str,
@@ -28,26 +26,36 @@ struct Board {
 
 const AN386: Board = Board {
     name: "mps2-an386",
-    folder: "mps2",
-    features: &[],
-    target: Target::Armv7Em,
+    package: Package {
+        name: "concentric-mps2",
+        folder: "examples/mps2",
+        target: Target::Armv7Em,
+        cpu: None,
+        features: &[],
+    },
     emulator: Emulator::Arm,
     elf: "CONCENTRIC_MPS2_AN386_ELF",
 };
-const AN500: Board =
-    Board { name: "mps2-an500", features: &["an500"], elf: "CONCENTRIC_MPS2_AN500_ELF", ..AN386 };
+const AN500: Board = Board {
+    name: "mps2-an500",
+    package: Package { features: &["an500"], ..AN386.package },
+    elf: "CONCENTRIC_MPS2_AN500_ELF",
+    ..AN386
+};
 const VIRT: Board = Board {
     name: "riscv-virt",
-    folder: "riscv-softcore",
-    features: &[],
-    target: Target::Rv32Imc,
+    package: Package {
+        name: "concentric-riscv-softcore",
+        folder: "examples/riscv-softcore",
+        target: Target::Rv32Imc,
+        cpu: None,
+        features: &[],
+    },
     emulator: Emulator::Riscv32,
     elf: "CONCENTRIC_RISCV_VIRT_ELF",
 };
 const BOARDS: [Board; 3] = [AN386, AN500, VIRT];
 
-/// The function that the panic handler calls and that does not exist.
-const NOWHERE: &str = "a_panic_is_reachable";
 /// The firmware's `Storage`.
 const STORAGE: &str = "STORAGE";
 
@@ -57,27 +65,23 @@ pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
         println!("{}:", board.name);
         check(root, board, tally)?;
     }
-    tally.check(check_logs(root));
     Ok(())
 }
 
-/// The library with its logs; a link would need somewhere for them to go.
-fn check_logs(root: &Root) -> Result<()> {
-    let mut command = Toolchain::find(AN386.target)?.cargo("check")?;
-    command.current_dir(&root.folder).args(["--quiet", "--package", "concentric", "--features", "defmt,hal"]);
-    steps::run(command.arg("--target-dir").arg(root.target.join("firmware")))
-}
-
 fn check(root: &Root, board: Board, tally: &mut Tally) -> Result<()> {
-    let toolchain = Toolchain::find(board.target)?;
-    if toolchain.has_clippy() {
-        tally.run(board.cargo(root, toolchain, "clippy")?.args(["--quiet", "--", "-D", "warnings"]));
-    } else {
-        println!("clippy was not run on the firmware: {toolchain}");
+    if let Some(mut clippy) = board.package.clippy(root)? {
+        tally.run(&mut clippy);
     }
-    let image = Image::read(&board.build(root, toolchain)?)?;
+    let image = Image::read(&board.build(root)?)?;
     println!("flash {} bytes, RAM {} bytes", image.flash(), image.ram());
     tally.check(check_storage(&image));
+    check_symbols(&image, tally);
+    tally.check(board.check_that_a_panic_is_noticed(root));
+    Ok(())
+}
+
+/// Checks that an image has no panics, no heap and no 64-bit floats.
+pub fn check_symbols(image: &Image, tally: &mut Tally) {
     for kind in Forbidden::ALL {
         let found = image.find(kind);
         println!("{kind} symbols: {}", found.len());
@@ -85,8 +89,6 @@ fn check(root: &Root, board: Board, tally: &mut Tally) -> Result<()> {
             if found.is_empty() { Ok(()) } else { Err(anyhow!("{kind}:\n  {}", found.join("\n  "))) };
         tally.check(verdict);
     }
-    tally.check(board.check_that_a_panic_is_noticed(root, toolchain));
-    Ok(())
 }
 
 /// Runs the firmware in QEMU: the same frames must give the same bytes as on the desktop.
@@ -103,7 +105,7 @@ pub fn qemu_step(root: &Root, tally: &mut Tally) -> Result<()> {
     ]);
     for board in BOARDS {
         board.emulator.ensure()?;
-        test.env(board.elf, board.build(root, Toolchain::find(board.target)?)?);
+        test.env(board.elf, board.build(root)?);
     }
     tally.run_tests(&mut test)
 }
@@ -117,7 +119,7 @@ pub fn play(root: &Root, arguments: &[String]) -> Result<ExitCode> {
     play.current_dir(env::current_dir()?);
     if !arguments.iter().any(|argument| ["-h", "--help"].contains(&argument.as_str())) {
         AN386.emulator.ensure()?;
-        play.env(AN386.elf, AN386.build(root, Toolchain::find(AN386.target)?)?);
+        play.env(AN386.elf, AN386.build(root)?);
     }
     let status = play.status().context("cannot run cargo")?;
     Ok(ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1)))
@@ -125,48 +127,18 @@ pub fn play(root: &Root, arguments: &[String]) -> Result<ExitCode> {
 
 impl Board {
     /// Builds the image.
-    fn build(self, root: &Root, toolchain: Toolchain) -> Result<PathBuf> {
-        let folder = root.target.join("firmware");
-        let elf =
-            folder.join(self.target.triple()).join("release").join(format!("concentric-{}", self.folder));
-        let built = steps::run(self.cargo(root, toolchain, "build")?.arg("--quiet"));
-        built.map_err(|error| match self.find_panics(root, toolchain, &elf) {
-            Some(places) => anyhow!("{error:#}; a panic is reachable:\n  {}", places.join("\n  ")),
-            None => error,
-        })?;
+    fn build(&self, root: &Root) -> Result<PathBuf> {
+        let elf = self.package.build(root)?;
         // Under a name of its own: boards of one package differ in features only.
-        let image = folder.join(self.name).with_extension("elf");
-        fs::copy(&elf, &image).with_context(|| format!("the build left no {}", elf.display()))?;
+        let image = root.target.join("firmware").join(self.name).with_extension("elf");
+        fs::copy(&elf, &image).with_context(|| format!("cannot copy {}", elf.display()))?;
         Ok(image)
     }
 
-    /// Where the panics are that keep the firmware from linking: links it with something in place of the missing function.
-    fn find_panics(self, root: &Root, toolchain: Toolchain, elf: &Path) -> Option<Vec<String>> {
-        let mut command = self.cargo(root, toolchain, "rustc").ok()?;
-        command.args(["--quiet", "--", "-C", &format!("link-arg=--defsym={NOWHERE}=0")]);
-        output_of(&mut command)?;
-        let mut places = Image::read(elf).ok()?.find(Forbidden::Panic);
-        // Kept for a closer look, where nobody runs it by mistake.
-        let aside = elf.with_extension("with-panics");
-        fs::rename(elf, &aside).ok()?;
-        places.push(format!("lines of the source: llvm-addr2line -fie {} ADDRESS", aside.display()));
-        Some(places)
-    }
-
-    /// `cargo SUBCOMMAND` in the firmware's package, for its target, optimised.
-    fn cargo(self, root: &Root, toolchain: Toolchain, subcommand: &str) -> Result<Command> {
-        let mut command = toolchain.cargo(subcommand)?;
-        command
-            .current_dir(root.folder.join("examples").join(self.folder))
-            .args(["--release", "--target-dir"]);
-        command.arg(root.target.join("firmware")).arg(format!("--features={}", self.features.join(",")));
-        Ok(command)
-    }
-
     /// Builds the firmware with a panic in it, which must not link.
-    fn check_that_a_panic_is_noticed(self, root: &Root, toolchain: Toolchain) -> Result<()> {
-        let mut command = self.cargo(root, toolchain, "build")?;
-        let output = command.args(["--quiet", "--features", "reachable-panic"]).output()?;
+    fn check_that_a_panic_is_noticed(&self, root: &Root) -> Result<()> {
+        let output =
+            self.package.cargo(root, "build")?.args(["--quiet", "--features", "reachable-panic"]).output()?;
         let message = String::from_utf8_lossy(&output.stderr);
         ensure!(!output.status.success(), "the firmware with a reachable panic links");
         ensure!(

@@ -1,10 +1,13 @@
 //! `cargo xtask`: builds, checks and runs concentric for every target.
 
+mod bench;
 mod boards;
 mod checks;
 mod firmware;
 mod image;
+mod package;
 mod setup;
+mod stack;
 mod steps;
 mod toolchain;
 mod wrapper;
@@ -22,15 +25,16 @@ Builds, checks and runs concentric for every target.
 
 Usage: cargo xtask COMMAND
 
-  test      everything below up to qemu; ends with the sum of passed and failed checks
+  test      everything below up to bench; ends with the sum of passed and failed checks
   setup     install what the other commands need, or say what to install
   fmt       is the code formatted?
   lint      clippy, warnings are errors
   doc       documentation, warnings are errors
   host      tests of the library and of the desktop program
   firmware  build the firmware, print its sizes, look for panics, heap and f64 arithmetic in it
-  boards    build the firmware of boards that are not emulated
+  boards    build the firmware of boards that are not emulated, and the library with its logs
   qemu      run the firmware in QEMU: its reports must equal the desktop's byte for byte
+  bench     count instructions and bytes on five processors, see `cargo xtask bench --help`
   mps2      run the firmware by hand, see `cargo xtask mps2 --help`
 
 Environment:
@@ -44,7 +48,7 @@ Environment:
 type Step = fn(&Root, &mut Tally) -> Result<()>;
 
 /// Steps of `test`, in order.
-const STEPS: [(&str, Step); 8] = [
+const STEPS: [(&str, Step); 9] = [
     ("setup", setup::step),
     ("fmt", checks::fmt),
     ("lint", checks::lint),
@@ -53,6 +57,7 @@ const STEPS: [(&str, Step); 8] = [
     ("firmware", firmware::step),
     ("boards", boards::step),
     ("qemu", firmware::qemu_step),
+    ("bench", bench::step),
 ];
 
 /// Where things are.
@@ -104,6 +109,7 @@ fn run(arguments: &[String]) -> Result<ExitCode> {
             return Ok(ExitCode::SUCCESS);
         }
         "mps2" => return firmware::play(&root, rest),
+        "bench" => return bench::command(&root, rest),
         _ => {}
     }
     if let Some(unknown) = rest.first() {

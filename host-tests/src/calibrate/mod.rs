@@ -9,8 +9,13 @@
 //! ([`concentric::Camera`]), which is OpenCV's.
 
 mod adjust;
+pub mod command;
 mod error;
+pub mod file;
+pub mod input;
+mod listing;
 mod model;
+pub mod plots;
 mod solve;
 mod start;
 

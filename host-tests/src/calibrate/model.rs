@@ -2,12 +2,13 @@
 
 use concentric::{Camera, CameraError, Distortion};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x6, Rotation3, SMatrix, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Number of parameters of [`Intrinsics`].
 pub const COUNT: usize = 9;
 
 /// A camera in OpenCV's terms: [`concentric::Camera`] in `f64`. Also standard deviations of its parameters.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Intrinsics {
     /// Focal length along x, px.
     pub fx: f64,

@@ -64,7 +64,11 @@ impl fmt::Display for MatchError {
                 Ok(())
             }
             Self::Collinear { ids } => {
-                write!(f, "the targets with ids {} lie on a line; one more beside it is needed", list(ids))
+                write!(
+                    f,
+                    "the targets with ids {} lie on a line, all or all but one; one more beside it is needed",
+                    list(ids)
+                )
             }
             Self::Contradiction { ids } => write!(
                 f,

@@ -4,6 +4,8 @@ use nalgebra::{DMatrix, Matrix3, Matrix3x4, SVD, Vector2, Vector3};
 
 /// Smallest share of the largest singular value by which a system must be determined.
 const DETERMINED: f64 = 1e-7;
+/// The same of a homography in normalised coordinates. A plane seen at 89 degrees has 0.01.
+const REGULAR: f64 = 1e-3;
 
 /// The homography that takes each first place to the second: direct linear transform with normalised coordinates (Hartley
 /// 1997, "In defense of the eight-point algorithm"). `None` for fewer than four pairs, or if all but one lie on a line.
@@ -18,8 +20,31 @@ pub fn homography(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<Matrix3<f64>
         ([x, y, 1.0], [u, v])
     };
     let h = null_vector::<3>(pairs.iter().map(pair))?;
-    let h = to.inverse() * Matrix3::from_row_slice(&h) * from.matrix();
-    (h.determinant() != 0.0).then(|| h / h.norm())
+    let h = Matrix3::from_row_slice(&h);
+    // Three places on a line that are not so in the image flatten the plane.
+    let stretches = h.singular_values();
+    let h = to.inverse() * h * from.matrix();
+    (stretches.min() > REGULAR * stretches.max()).then(|| h / h.norm())
+}
+
+/// The affine map that takes each first place nearest to the second, as a homography. `None` if they lie on a line.
+pub fn affinity(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<Matrix3<f64>> {
+    let from = normalisation(pairs.iter().map(|pair| pair.0.data.0[0]))?;
+    let rows =
+        pairs.iter().map(|(source, _)| Vector2::from(from.apply(source.data.0[0])).push(1.0).transpose());
+    let system = DMatrix::from_fn(pairs.len(), 3, {
+        let rows: Vec<_> = rows.collect();
+        move |row, column| rows[row][column]
+    });
+    let images = DMatrix::from_fn(pairs.len(), 2, |row, axis| pairs[row].1[axis]);
+    let svd = SVD::new(system, true, true);
+    let values = &svd.singular_values;
+    if values.len() < 3 || values[2] < REGULAR * values[0] {
+        return None;
+    }
+    let solution = svd.solve(&images, 0.0).ok()?;
+    let h = Matrix3::from_fn(|i, j| if i < 2 { solution[(j, i)] } else { f64::from(u8::from(j == 2)) });
+    Some(h * from.matrix())
 }
 
 /// The projection matrix that takes points of space to the image, by the same method. `None` for fewer than six pairs, or

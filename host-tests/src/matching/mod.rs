@@ -15,9 +15,12 @@ pub mod plane;
 pub use error::MatchError;
 pub use grow::correspond;
 
-use concentric::{Covariance, Target};
+use concentric::{
+    Covariance, Target,
+    report::{Details, Shape, TargetEntry},
+};
 
-use crate::measure::px;
+use crate::{measure::px, monitor::json::covariance};
 
 /// Fewest coded targets of the layout that must be seen.
 pub const MIN_CODED: usize = 4;
@@ -78,5 +81,20 @@ impl Measured {
             id: target.code.map(|code| code.id),
             size: outer.map_or(0.0, |outer| f64::from(outer.a + outer.b) / 2.0),
         }
+    }
+    /// What a report tells. `None` where it does not say how exact the centre is.
+    pub fn reported(entry: &TargetEntry) -> Option<Self> {
+        let mean = |shape: &Shape| f64::from(shape.a + shape.b) / 2.0 / 4096.0;
+        let size = match &entry.details {
+            Details::Terse => 0.0,
+            Details::Normal(shape) => mean(shape),
+            Details::Full(full) => full.circles.first().map_or(0.0, |circle| mean(&circle.shape)),
+        };
+        Some(Self {
+            centre: px(entry.centre),
+            covariance: covariance(entry)?.map(f64::from),
+            id: (entry.id > 0).then_some(entry.id),
+            size,
+        })
     }
 }

@@ -237,7 +237,8 @@ impl From<&FullEntry> for Quality {
     }
 }
 
-fn covariance(entry: &TargetEntry) -> Option<[f32; 3]> {
+/// Covariance (xx, xy, yy) of the centre, px^2; `None` when a standard deviation is 1 px or more.
+pub(crate) fn covariance(entry: &TargetEntry) -> Option<[f32; 3]> {
     let (x, y) = (spread(entry.sigma_x, 65536.0)?, spread(entry.sigma_y, 65536.0)?);
     Some([x * x, f32::from(entry.correlation) / 127.0 * x * y, y * y])
 }

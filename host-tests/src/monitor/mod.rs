@@ -2,7 +2,7 @@
 
 mod ask;
 pub mod command;
-mod json;
+pub(crate) mod json;
 mod source;
 
 use concentric::report::{DecodeError, Decoder, Detail, Message, max_len};
@@ -11,7 +11,12 @@ use serde::Serialize;
 pub use source::Source;
 
 /// Longest message that is taken, bytes: a full report of a thousand targets.
-const LEN: usize = max_len(1000, Detail::Full);
+pub const LEN: usize = max_len(1000, Detail::Full);
+
+/// A decoder with room for any report.
+pub fn decoder() -> Box<Decoder<LEN>> {
+    Box::new(Decoder::new())
+}
 
 /// What a stream held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -59,7 +64,7 @@ pub struct Monitor {
 
 impl Default for Monitor {
     fn default() -> Self {
-        Self { decoder: Box::new(Decoder::new()), counts: Counts::default(), last: None }
+        Self { decoder: decoder(), counts: Counts::default(), last: None }
     }
 }
 

@@ -86,7 +86,7 @@ pub(crate) fn chart<'a, 'b>(area: &'a Area<'b>, title: &str) -> ChartBuilder<'a,
 }
 
 /// Axes and grid.
-fn axes<X, Y>(chart: &mut Chart<X, Y>, x: &str, y: &str) -> Result<()>
+pub(crate) fn axes<X, Y>(chart: &mut Chart<X, Y>, x: &str, y: &str) -> Result<()>
 where
     X: Ranged<ValueType = f64> + ValueFormatter<f64>,
     Y: Ranged<ValueType = f64> + ValueFormatter<f64>,

@@ -5,7 +5,7 @@ use concentric::{Camera, Covariance, Position, model::Plane};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{
-    scene::{RADII, Stage},
+    scene::Stage,
     shot::{Found, Shot},
 };
 use crate::{
@@ -32,14 +32,15 @@ pub enum Kind {
 
 impl Kind {
     /// The place, its covariance, and the radius of the circle whose ellipse it is the centre of, or 0.
-    fn measured(self, found: &Found) -> Option<(Position, Covariance, f64)> {
+    fn measured(self, found: &Found, radii: &[f64]) -> Option<(Position, Covariance, f64)> {
         let Found { target, pooled, .. } = found;
+        let (large, small) = (*radii.first()?, *radii.last()?);
         let (outer, inner) = (target.circles.first()?, target.circles.last()?);
         Some(match self {
             Self::Inner => (inner.ellipse.centre, inner.covariance, 0.0),
             Self::Outer => (outer.ellipse.centre, outer.covariance, 0.0),
-            Self::InnerCorrected => (inner.ellipse.centre, inner.covariance, RADII[1]),
-            Self::OuterCorrected => (outer.ellipse.centre, outer.covariance, RADII[0]),
+            Self::InnerCorrected => (inner.ellipse.centre, inner.covariance, small),
+            Self::OuterCorrected => (outer.ellipse.centre, outer.covariance, large),
             Self::Eq7 => (target.eq7, target.covariance, 0.0),
             Self::Pooled => (*pooled, target.covariance, 0.0),
         })
@@ -51,16 +52,16 @@ impl Kind {
 /// # Errors
 /// What the calibration refuses.
 pub fn camera(stages: &[Stage], shots: &[Shot], kind: Kind) -> Result<Calibration> {
-    let views = (1..).zip(stages.iter().zip(shots)).map(|(number, (stage, shot))| {
+    let views = stages.iter().zip(shots).map(|(stage, shot)| {
         let point = |found: &Found| {
-            let target = stage.layout.targets.get(found.index)?;
-            let (place, covariance, radius) = kind.measured(found).filter(|_| target.id.is_none())?;
+            let target = stage.layout.targets.get(found.index).filter(|target| target.id.is_none())?;
+            let (place, covariance, radius) = kind.measured(found, &target.radii)?;
             let covariance = [covariance.xx, covariance.xy, covariance.yy].map(f64::from);
             Some(Point { object: target.position, image: px(place), covariance, radius })
         };
         View {
-            name: format!("view {number}"),
-            size: [stage.camera.width, stage.camera.height],
+            name: stage.name.clone(),
+            size: stage.size.map(|side| side as u32),
             points: shot.found.iter().filter_map(point).collect(),
         }
     });

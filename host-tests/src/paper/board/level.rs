@@ -4,10 +4,13 @@ use anyhow::{Context, Result};
 
 use super::{
     calibration::{Compared, Kind, camera},
-    scene::{RADII, Stage},
+    scene::Stage,
     shot::{Found, Shot, Told},
 };
-use crate::measure::px;
+use crate::{layout::LayoutTarget, measure::px};
+
+/// A centre farther from the true one, px, is another target's.
+const NEAR: f64 = 1.0;
 
 /// What is left of many places.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,7 +41,9 @@ pub struct Level {
     pub noise: f64,
     /// Plain targets that were found and identified, in all views.
     pub found: usize,
-    /// Coded markers likewise.
+    /// Those of them that were taken for another, or are nowhere near a target.
+    pub wrong: usize,
+    /// Coded markers whose id was read, and is right.
     pub coded: usize,
     /// Targets found that are none of the board.
     pub unmatched: usize,
@@ -69,6 +74,8 @@ pub fn shots(stages: &[Stage], noise: f64, told: Told) -> Result<Vec<Shot>> {
 }
 
 impl Level {
+    /// Rendered views with this noise.
+    ///
     /// # Errors
     /// What the detector, the matching or the calibration refuses.
     pub fn new(stages: &[Stage], noise: f64) -> Result<Self> {
@@ -78,9 +85,11 @@ impl Level {
         let mut deviations = Vec::new();
         for (view, (stage, shot)) in stages.iter().zip(&shots).enumerate() {
             let mut deviation = Vec::new();
-            for (found, object, truth) in plain(stage, shot) {
+            for (found, printed) in plain(stage, shot) {
+                let truth = stage.centre(found.index).context("a view whose truth is known")?;
                 let inner = found.target.circles.last().context("a target has circles")?.ellipse.centre;
-                let first = compared.correct(view, object, inner, RADII[1])?;
+                let radius = *printed.radii.last().context("a target has radii")?;
+                let first = compared.correct(view, printed.position, inner, radius)?;
                 let second = px(found.target.eq7);
                 deviation.push(less(first, second));
                 eq3.push(less(first, truth));
@@ -92,7 +101,8 @@ impl Level {
         Ok(Self {
             noise,
             found: eq7.len(),
-            coded: shots.iter().map(|shot| shot.found.len()).sum::<usize>() - eq7.len(),
+            wrong: eq7.iter().filter(|[x, y]| x.hypot(*y) > NEAR).count(),
+            coded: stages.iter().zip(&shots).map(|(stage, shot)| markers(stage, shot)).sum(),
             unmatched: shots.iter().map(|shot| shot.unmatched).sum(),
             deviation: Spread::of(deviations.iter().flatten().copied()),
             deviations,
@@ -103,10 +113,19 @@ impl Level {
     }
 }
 
-/// The plain targets of a shot, with their places on the board, mm, and their true centres, px.
-pub fn plain<'s>(stage: &'s Stage, shot: &'s Shot) -> impl Iterator<Item = (&'s Found, [f64; 3], [f64; 2])> {
+/// Number of coded markers of a shot that carry the id of their place.
+fn markers(stage: &Stage, shot: &Shot) -> usize {
+    let right = |found: &&Found| {
+        let printed = stage.layout.targets.get(found.index).and_then(|target| target.id);
+        printed.is_some() && printed == found.target.code.map(|code| code.id)
+    };
+    shot.found.iter().filter(right).count()
+}
+
+/// The plain targets of a shot, and what is printed.
+pub fn plain<'s>(stage: &'s Stage, shot: &'s Shot) -> impl Iterator<Item = (&'s Found, &'s LayoutTarget)> {
     shot.found.iter().filter_map(|found| {
         let target = stage.layout.targets.get(found.index).filter(|target| target.id.is_none())?;
-        Some((found, target.position, *stage.truth.get(found.index)?))
+        Some((found, target))
     })
 }

@@ -1,5 +1,7 @@
 //! Every method that the paper names, and those of the library, on the same pictures of the board.
 
+use std::collections::BTreeMap;
+
 use anyhow::{Context, Result};
 use concentric::{Camera, Target};
 use indicatif::ProgressBar;
@@ -8,13 +10,10 @@ use super::{
     USUAL,
     calibration::{Compared, Kind, camera},
     level::{Spread, less, plain, shots},
-    scene::{RADII, Stage},
-    shot::{Found, Told},
+    scene::Stage,
+    shot::{Shot, Told},
 };
-use crate::{
-    measure::{distance, px},
-    paper::one_circle,
-};
+use crate::{measure::px, paper::one_circle};
 
 /// What a method needs beside the picture.
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,19 +48,19 @@ pub struct Method {
 pub struct Calibrated {
     /// What went into it.
     pub name: &'static str,
-    /// Its errors without noise, and at the [`USUAL`] one.
-    pub errors: [CameraErrors; 2],
+    /// The camera without noise, and at the [`USUAL`] one.
+    pub cameras: [Figures; 2],
 }
 
-/// How far a calibrated camera is from the true one, px.
+/// A calibrated camera, px.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct CameraErrors {
+pub struct Figures {
     /// Mean of the two focal lengths.
     pub focal_length: f64,
     /// Reported standard deviation of one of them.
     pub sigma: f64,
-    /// Distance of the principal points.
-    pub principal_point: f64,
+    /// Principal point.
+    pub principal_point: [f64; 2],
     /// RMS distance of the measured places from the projected ones.
     pub reprojection: f64,
 }
@@ -72,7 +71,8 @@ const CAMERA: Needs = Needs { camera: true, ..NOTHING };
 const RATIO: Needs = Needs { ratio: true, ..NOTHING };
 const GEOMETRY: Needs = Needs { pose: true, radius: true, views: true, ..CAMERA };
 
-const NAMES: [(&str, Needs); 11] = [
+/// The methods.
+pub const NAMES: [(&str, Needs); 11] = [
     ("centre of the outer ellipse", NOTHING),
     ("centre of the inner ellipse", NOTHING),
     ("eq. (7)", RATIO),
@@ -86,7 +86,8 @@ const NAMES: [(&str, Needs); 11] = [
     ("correction shared by a plane", Needs { other: "more targets on the plane", ..RATIO }),
 ];
 
-const KINDS: [(&str, Kind); 6] = [
+/// What cameras are calibrated from.
+pub const KINDS: [(&str, Kind); 6] = [
     ("centre of the inner ellipse", Kind::Inner),
     ("centre of the outer ellipse", Kind::Outer),
     ("the same, corrected inside (Heikkila and Silven 1997), inner", Kind::InnerCorrected),
@@ -114,68 +115,119 @@ pub fn compare(stages: &[Stage], progress: &ProgressBar) -> Result<(Vec<Method>,
     let calibrated = KINDS
         .into_iter()
         .enumerate()
-        .map(|(i, (name, _))| Calibrated { name, errors: [clean.cameras[i], noisy.cameras[i]] });
+        .map(|(i, (name, _))| Calibrated { name, cameras: [clean.cameras[i], noisy.cameras[i]] });
     Ok((methods.collect(), calibrated.collect()))
 }
 
-/// All methods at a noise.
-struct Trial {
-    /// By [`NAMES`].
-    left: [Spread; NAMES.len()],
+/// All methods on the same pictures.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// What is left of the true centres by [`NAMES`]; of those by eq. (7) where the truth is not known.
+    pub left: [Spread; NAMES.len()],
     /// By [`KINDS`].
-    cameras: [CameraErrors; KINDS.len()],
+    pub cameras: [Figures; KINDS.len()],
+    /// Plain targets found and identified.
+    pub targets: usize,
+}
+
+/// What a trial goes through.
+struct Shots {
+    /// The library is told the ratio.
+    ratio: Vec<Shot>,
+    /// It is told nothing.
+    nothing: Vec<Shot>,
+    /// It is told the camera.
+    camera: Vec<Shot>,
+    /// Eq. (3) with a camera from the inner ellipses' centres.
+    raw: Compared,
+    /// The same with one that allows for these being no true centres.
+    implicit: Compared,
 }
 
 impl Trial {
-    fn new(stages: &[Stage], noise: f64) -> Result<Self> {
-        let rows = shots(stages, noise, Told::Ratio)?;
-        let any = shots(stages, noise, Told::Nothing)?;
+    /// Of pictures of a board, rendered ones with this noise.
+    ///
+    /// # Errors
+    /// What the detector, the matching or the calibration refuses.
+    pub fn new(stages: &[Stage], noise: f64) -> Result<Self> {
+        let ratio = shots(stages, noise, Told::Ratio)?;
         let calibrations =
-            KINDS.iter().map(|(_, kind)| camera(stages, &rows, *kind)).collect::<Result<Vec<_>>>()?;
-        let truth = stages.first().context("a view")?.camera;
-        let mut cameras = [CameraErrors::default(); KINDS.len()];
-        for (errors, calibration) in cameras.iter_mut().zip(&calibrations) {
+            KINDS.iter().map(|(_, kind)| camera(stages, &ratio, *kind)).collect::<Result<Vec<_>>>()?;
+        let mut cameras = [Figures::default(); KINDS.len()];
+        for (figures, calibration) in cameras.iter_mut().zip(&calibrations) {
             let (found, sigma) = (calibration.intrinsics, calibration.sigma);
-            *errors = CameraErrors {
-                focal_length: (found.fx + found.fy) / 2.0 - truth.f,
+            *figures = Figures {
+                focal_length: (found.fx + found.fy) / 2.0,
                 sigma: sigma.fx,
-                principal_point: distance([found.cx, found.cy], [truth.cx, truth.cy]),
+                principal_point: [found.cx, found.cy],
                 reprojection: calibration.rms,
             };
         }
-        let [raw, implicit] = [&calibrations[0], &calibrations[2]].map(Compared::new);
-        let (raw, implicit) = (raw?, implicit?);
-        let known = shots(stages, noise, Told::Camera(implicit.camera()))?;
+        let of = |wanted: Kind| {
+            let index = KINDS.iter().position(|(_, kind)| *kind == wanted).context("a kind of centre")?;
+            Compared::new(&calibrations[index])
+        };
+        let implicit = of(Kind::InnerCorrected)?;
+        let all = Shots {
+            nothing: shots(stages, noise, Told::Nothing)?,
+            camera: shots(stages, noise, Told::Camera(implicit.camera()))?,
+            ratio,
+            raw: of(Kind::Inner)?,
+            implicit,
+        };
         let mut left = [(); NAMES.len()].map(|()| Vec::new());
         for (view, stage) in stages.iter().enumerate() {
-            let ellipse = |found: &Found, k: usize| found.target.circles.get(k).map(|circle| circle.ellipse);
-            for (found, object, truth) in plain(stage, &rows[view]) {
-                let (outer, inner) = ellipse(found, 0).zip(ellipse(found, 1)).context("two circles")?;
-                let corrected = |by: &Compared, centre, radius| by.correct(view, object, centre, radius);
-                let places = [
-                    (0, px(outer.centre)),
-                    (1, px(inner.centre)),
-                    (2, px(found.target.eq7)),
-                    (3, px(found.target.exact)),
-                    (5, corrected(&raw, outer.centre, RADII[0])?),
-                    (6, corrected(&raw, inner.centre, RADII[1])?),
-                    (7, corrected(&implicit, inner.centre, RADII[1])?),
-                    (10, px(found.pooled)),
-                ];
-                places.into_iter().for_each(|(method, place)| left[method].push(less(place, truth)));
-            }
-            for (found, _, truth) in plain(stage, &any[view]) {
-                left[4].push(less(px(found.target.exact), truth));
-            }
-            let normal = implicit.normal(view).context("a pose of each view")?;
-            for (found, _, truth) in plain(stage, &known[view]) {
-                let place = one_circle(&found.target, &implicit.camera(), normal);
-                left[8].push(less(place.context("a circle before the camera")?, truth));
-                left[9].push(less(px(found.target.centre), truth));
+            for (method, shift) in all.view(view, stage)? {
+                left[method].push(shift);
             }
         }
-        Ok(Self { left: left.map(Spread::of), cameras })
+        Ok(Self { targets: left[0].len(), left: left.map(Spread::of), cameras })
     }
+}
+
+impl Shots {
+    /// The method, by [`NAMES`], and what it leaves, for every target of a view.
+    fn view(&self, view: usize, stage: &Stage) -> Result<Vec<(usize, [f64; 2])>> {
+        let mut left = Vec::new();
+        let mut reference = BTreeMap::new();
+        for (found, printed) in plain(stage, &self.ratio[view]) {
+            let eq7 = px(found.target.eq7);
+            let truth = stage.centre(found.index).unwrap_or(eq7);
+            reference.insert(found.index, truth);
+            let (outer, inner) = ends(&found.target.circles).context("a target has circles")?;
+            let (large, small) = ends(&printed.radii).context("a target has radii")?;
+            let (outer, inner) = (outer.ellipse.centre, inner.ellipse.centre);
+            let eq3 = |by: &Compared, ellipse, radius| by.correct(view, printed.position, ellipse, radius);
+            let places = [
+                (0, px(outer)),
+                (1, px(inner)),
+                (2, eq7),
+                (3, px(found.target.exact)),
+                (5, eq3(&self.raw, outer, *large)?),
+                (6, eq3(&self.raw, inner, *small)?),
+                (7, eq3(&self.implicit, inner, *small)?),
+                (10, px(found.pooled)),
+            ];
+            left.extend(places.map(|(method, place)| (method, less(place, truth))));
+        }
+        for (found, _) in plain(stage, &self.nothing[view]) {
+            let Some(&truth) = reference.get(&found.index) else { continue };
+            left.push((4, less(px(found.target.exact), truth)));
+        }
+        let normal = self.implicit.normal(view).context("a pose of each view")?;
+        for (found, _) in plain(stage, &self.camera[view]) {
+            let Some(&truth) = reference.get(&found.index) else { continue };
+            let place = one_circle(&found.target, &self.implicit.camera(), normal);
+            left.push((8, less(place.context("a circle before the camera")?, truth)));
+            left.push((9, less(px(found.target.centre), truth)));
+        }
+        Ok(left)
+    }
+}
+
+/// The first and the last.
+fn ends<T>(all: &[T]) -> Option<(&T, &T)> {
+    Some((all.first()?, all.last()?))
 }
 
 /// The centre from the outer ellipse alone; of the two planes the one nearer to `normal`.

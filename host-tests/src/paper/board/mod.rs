@@ -5,10 +5,12 @@
 //! 3. [`calibration`]: the camera from the ellipse centres; the compared method, eq. (3).
 //! 4. [`level`]: both methods at a noise, against each other and against the truth.
 //! 5. [`methods`]: every method named in the paper, what it needs and what it leaves.
+//! 6. [`picture`]: figure 7.
 
 pub mod calibration;
 pub mod level;
 pub mod methods;
+pub mod picture;
 pub mod scene;
 pub mod shot;
 

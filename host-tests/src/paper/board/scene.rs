@@ -1,59 +1,95 @@
 //! The board and the places from which it is seen. The paper gives the radii, the numbers and the frame; the rest is ours.
 
-use anyhow::{Context, Result, ensure};
-use concentric::Code;
+use anyhow::{Result, ensure};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use crate::{
-    layout::{CodeName, Layout, LayoutTarget},
+    layout::Layout,
     paper::printed::{TARGETS, VIEWS},
+    picture::Picture,
     render::{Camera, Levels, Photometry, Pose},
+    sheet::Plan,
 };
 
-/// Radii of the targets, mm.
-pub const RADII: [f64; 2] = [5.0, 2.5];
-/// Columns and rows of the grid, and its pitch, mm.
-const GRID: [u16; 2] = [9, 7];
-const PITCH: f64 = 22.0;
-/// Column and row of the coded markers.
-const CODED: [[u16; 2]; 5] = [[1, 1], [7, 1], [4, 2], [1, 5], [7, 5]];
-
-/// A view before the camera's noise.
+/// A view of a board: a picture, or what a noise makes one of.
 #[derive(Clone, Debug)]
 pub struct Stage {
+    /// Name for messages.
+    pub name: String,
     /// The board.
     pub layout: Layout,
+    /// Width and height, px.
+    pub size: [usize; 2],
+    /// The truth, of a rendered view.
+    pub truth: Option<Truth>,
+    source: Source,
+}
+
+/// What a rendered view really shows.
+#[derive(Clone, Debug)]
+pub struct Truth {
     /// The camera.
     pub camera: Camera,
-    /// Grey levels without noise.
-    pub levels: Levels,
-    photometry: Photometry,
     /// True centres by the layout's order, px.
-    pub truth: Vec<[f64; 2]>,
-    /// Outer semi-major axes, px, likewise.
-    pub sizes: Vec<f64>,
+    pub centres: Vec<[f64; 2]>,
+}
+
+#[derive(Clone, Debug)]
+enum Source {
+    /// Before the camera's noise.
+    Rendered {
+        levels: Levels,
+        photometry: Photometry,
+    },
+    Photo(Picture),
 }
 
 impl Stage {
-    /// The picture with a noise, grey levels; rows of [`Levels::width`].
-    pub fn picture(&self, noise: f64, seed: u64) -> Vec<u8> {
-        Photometry { noise, ..self.photometry }.digitise(&self.levels.values, seed)
+    /// A photograph of the board.
+    pub fn photo(picture: Picture, layout: &Layout) -> Self {
+        Self {
+            name: picture.name.clone(),
+            layout: layout.clone(),
+            size: [picture.width, picture.height],
+            truth: None,
+            source: Source::Photo(picture),
+        }
     }
-}
 
-/// 58 targets and five coded ones in a grid about the origin.
-pub fn layout() -> Layout {
-    let mut ids = Code::FIVE.into_iter();
-    let place = |i: u16, count: u16| (f64::from(i) - f64::from(count - 1) / 2.0) * PITCH;
-    let [columns, rows] = GRID;
-    let cells = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
-    let target = |cell: [u16; 2]| LayoutTarget {
-        id: CODED.contains(&cell).then(|| ids.next()).flatten(),
-        position: [place(cell[0], columns), place(cell[1], rows), 0.0],
-        radii: RADII.to_vec(),
-    };
-    Layout { code: Some(CodeName::Five), light: false, targets: cells.map(target).collect() }
+    fn rendered(layout: &Layout, number: usize, pose: Pose) -> Result<Self> {
+        let camera = camera();
+        let scene = layout.scene(camera, pose)?;
+        let truth = scene.truth(0).targets;
+        ensure!(truth.iter().all(|target| target.complete), "a target does not lie inside the frame");
+        let levels = scene.levels();
+        Ok(Self {
+            name: format!("view {number}"),
+            layout: layout.clone(),
+            size: [levels.width, levels.height],
+            truth: Some(Truth { camera, centres: truth.iter().map(|target| [target.x, target.y]).collect() }),
+            source: Source::Rendered { levels, photometry: scene.photometry },
+        })
+    }
+
+    /// The picture; that of a rendered view with a noise, grey levels.
+    ///
+    /// # Errors
+    /// None that a caller can cause.
+    pub fn picture(&self, noise: f64, seed: u64) -> Result<Picture> {
+        match &self.source {
+            Source::Rendered { levels, photometry } => {
+                let pixels = Photometry { noise, ..*photometry }.digitise(&levels.values, seed);
+                Picture::new(self.name.clone(), levels.width, levels.height, pixels)
+            }
+            Source::Photo(picture) => Ok(picture.clone()),
+        }
+    }
+
+    /// True centre of a target of the layout, px.
+    pub fn centre(&self, index: usize) -> Option<[f64; 2]> {
+        self.truth.as_ref()?.centres.get(index).copied()
+    }
 }
 
 /// The camera of section 4.1 with the frame of section 4.2.
@@ -82,20 +118,13 @@ fn poses() -> [Pose; VIEWS] {
 /// # Errors
 /// None that a caller can cause.
 pub fn stages(progress: &ProgressBar) -> Result<Vec<Stage>> {
-    let layout = layout();
+    let layout = Plan::board().layout()?;
     let plain = layout.targets.iter().filter(|target| target.id.is_none()).count();
     ensure!(plain == TARGETS, "{plain} targets on the board, {TARGETS} wanted");
-    let stage = |pose: &Pose| {
-        let camera = camera();
-        let scene = layout.scene(camera, *pose)?;
-        let truth = scene.truth(0).targets;
-        ensure!(truth.iter().all(|target| target.complete), "a target does not lie inside the frame");
-        let size = |target: &crate::render::TargetTruth| target.circles.first().map(|outer| outer.ellipse.a);
-        let sizes = truth.iter().map(size).collect::<Option<_>>().context("a target without circles")?;
-        let levels = scene.levels();
+    let stage = |(number, pose): (usize, &Pose)| {
+        let stage = Stage::rendered(&layout, number + 1, *pose);
         progress.inc(1);
-        let truth = truth.iter().map(|target| [target.x, target.y]).collect();
-        Ok(Stage { layout: layout.clone(), camera, levels, photometry: scene.photometry, truth, sizes })
+        stage
     };
-    poses().par_iter().map(stage).collect()
+    poses().par_iter().enumerate().map(stage).collect()
 }

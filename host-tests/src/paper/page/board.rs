@@ -1,9 +1,12 @@
 //! The part of the page on the board: figures 7 and 8, and the methods.
 
 use super::{mpx, table};
-use crate::paper::{
-    board::{Board, USUAL, level::Spread, methods::Needs},
-    printed::{DEVIATION, TARGETS, VIEWS},
+use crate::{
+    measure::distance,
+    paper::{
+        board::{Board, USUAL, level::Spread, methods::Needs, scene},
+        printed::{DEVIATION, TARGETS, VIEWS},
+    },
 };
 
 const HEAD: &str = "
@@ -34,6 +37,7 @@ pub fn deviations(board: &Board) -> String {
     let all = TARGETS * VIEWS;
     let rows = board.levels.iter().map(|level| {
         let mut row = vec![format!("{:.0}", level.noise), format!("{} of {all}", level.found)];
+        row.push(level.wrong.to_string());
         row.push(format!("{} of {}", level.coded, 5 * VIEWS));
         row.extend(pair(level.deviation));
         row.push(if level.deviation.largest < DEVIATION { "yes" } else { "no" }.to_owned());
@@ -43,6 +47,7 @@ pub fn deviations(board: &Board) -> String {
     let header = [
         "noise",
         "found and identified",
+        "wrongly",
         "markers read",
         "C1 - C2",
         "largest",
@@ -55,11 +60,8 @@ pub fn deviations(board: &Board) -> String {
         "largest",
     ];
     let table = table(&header, &rows.collect::<Vec<_>>());
-    format!("\n## Figures 7 and 8: the board\n{HEAD}{DEVIATIONS}\n{table}\n{}\n{FIGURES}", implied(board))
+    format!("\n## Figures 7 and 8: the board\n{HEAD}{DEVIATIONS}\n{table}\n{}", implied(board))
 }
-
-const FIGURES: &str =
-    "![Figure 7: the eight views](figure7.png)\n\n![Figure 8: deviations C1 - C2 by view](figure8.svg)\n";
 
 fn implied(board: &Board) -> String {
     let Some(level) = board.implied() else {
@@ -96,11 +98,13 @@ pub fn methods(board: &Board) -> String {
         "largest",
     ];
     let methods = table(&header, &rows.collect::<Vec<_>>());
+    let truth = scene::camera();
     let rows = board.calibrated.iter().map(|calibrated| {
         let mut row = vec![calibrated.name.to_owned()];
-        for errors in calibrated.errors {
-            row.push(format!("{:+.3} (sigma {:.3})", errors.focal_length, errors.sigma));
-            row.extend([errors.principal_point, errors.reprojection].map(|px| format!("{px:.4}")));
+        for figures in calibrated.cameras {
+            row.push(format!("{:+.3} (sigma {:.3})", figures.focal_length - truth.f, figures.sigma));
+            let off = distance(figures.principal_point, [truth.cx, truth.cy]);
+            row.extend([off, figures.reprojection].map(|px| format!("{px:.4}")));
         }
         row
     });
