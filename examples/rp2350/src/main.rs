@@ -31,8 +31,8 @@ const HEIGHT: usize = 324;
 const TARGETS: usize = 60;
 /// Reports that can wait for the line.
 const BUFFER: usize = 2 * buffer_len(TARGETS, Detail::Normal);
-/// Rows that the sensor can be ahead of the head.
-const RING: usize = 64;
+/// Rows that the sensor can be ahead of the head: a frame, so that a slow head never tears one.
+const RING: usize = HEIGHT;
 /// Time that the light needs to come up, us.
 const LIGHT_LEAD_US: u32 = 20;
 const BAUD: u32 = 921_600;

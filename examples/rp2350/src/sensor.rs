@@ -70,8 +70,8 @@ pub fn prepare(
     machine.set_config(&config);
 }
 
-/// Fills the ring, for ever. Runs above the head, which may be in the middle of a target when the next row is there. When
-/// the ring is full the rest of the frame is left out.
+/// Fills the ring, for ever. Runs above the head, which may be in the middle of a target when the next row is there. The ring
+/// holds a frame; while the head has not taken all rows of the last one, new frames are left out as a whole.
 pub async fn capture(
     mut machine: StateMachine<'static, PIO0, 0>,
     mut channel: dma::Channel<'static>,
@@ -82,6 +82,9 @@ pub async fn capture(
     loop {
         frame_valid.wait_for_rising_edge().await;
         frame = frame.wrapping_add(1);
+        if !ring.is_empty() {
+            continue;
+        }
         machine.set_enable(false);
         machine.clear_fifos();
         machine.restart();
@@ -103,7 +106,7 @@ pub async fn capture(
 /// What can go wrong with a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorError {
-    /// The head was too slow for the sensor.
+    /// A frame ended early, or the DMA was too slow for the sensor.
     RowsLost,
 }
 
