@@ -44,8 +44,8 @@ bind_interrupts!(struct Irqs {
     UART0_IRQ => uart::BufferedInterruptHandler<UART0>;
 });
 
-/// A multiple of 8 wide.
-static STORAGE: ConstStaticCell<Storage<328, 256, 8000>> = ConstStaticCell::new(Storage::new());
+/// A multiple of 32 wide.
+static STORAGE: ConstStaticCell<Storage<352, 256, 8000>> = ConstStaticCell::new(Storage::new());
 static BYTES: ConstStaticCell<[u8; BUFFER]> = ConstStaticCell::new([0; BUFFER]);
 static ROW: ConstStaticCell<[u8; WIDTH]> = ConstStaticCell::new([0; WIDTH]);
 static REPORT: StaticCell<Report<TARGETS>> = StaticCell::new();
