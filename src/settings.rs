@@ -75,8 +75,13 @@ impl TargetSpec {
     }
 
     /// The same circles, light on dark.
-    pub const fn light(mut self) -> Self {
-        self.polarity = Polarity::Light;
+    pub const fn light(self) -> Self {
+        self.with_polarity(Polarity::Light)
+    }
+
+    /// The same circles with this polarity.
+    pub const fn with_polarity(mut self, polarity: Polarity) -> Self {
+        self.polarity = polarity;
         self
     }
 
@@ -171,15 +176,6 @@ pub enum SettingsError {
         /// How many were given.
         given: usize,
     },
-    /// An id that the code does not have.
-    Id {
-        /// The id given.
-        given: u16,
-        /// Largest one of the code.
-        max: u16,
-    },
-    /// A code without ids.
-    NoIds,
 }
 
 impl fmt::Display for SettingsError {
@@ -195,8 +191,6 @@ impl fmt::Display for SettingsError {
             Self::RatioCount { given } => {
                 write!(f, "{given} ratios given: 1..={} inner circles are possible", MAX_SPEC_CIRCLES - 1)
             }
-            Self::Id { given, max } => write!(f, "id {given} is outside 1..={max}"),
-            Self::NoIds => write!(f, "no id given: a code needs one at least"),
         }
     }
 }
@@ -208,9 +202,9 @@ pub(crate) mod limits {
     /// Smallest local contrast that counts as an edge, grey levels: below it 8-bit quantisation and shading
     /// make contours of their own.
     pub const MIN_CONTRAST: u8 = 10;
-    /// The same as a multiple of the noise figure (the range that one cell in eight stays below, about 2.6 sigma): 10 sigma.
-    /// In a frame of a million pixels the widest of all windows of pure noise spans 9.
-    pub const CONTRAST_TO_NOISE: u16 = 4;
+    /// The same in halves of the noise figure (the range that the samples of one cell in eight stay below, about 1.9 sigma): 10
+    /// sigma. In a frame of a million pixels the widest of all windows of pure noise spans 9.
+    pub const CONTRAST_TO_NOISE: u32 = 11;
     /// Smallest bounding box, px: a semi-axis of 2.5 px is the least at which an ellipse can be told from a square.
     pub const MIN_EXTENT: u16 = 5;
     /// Smallest semi-minor axis of the outer circle, px: below it the edges blur into each other.

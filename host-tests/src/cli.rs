@@ -7,7 +7,7 @@ use std::{
 
 use clap::{Parser, Subcommand};
 
-use crate::{accuracy, calibrate, demo, detect, monitor, paper, render};
+use crate::{accuracy, calibrate, demo, detect, monitor, paper, render, sheet};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -17,6 +17,7 @@ Examples:
   concentric detect --json *.png | jq .targets
   concentric calibrate --layout board.txt views/  the camera, from pictures of a board with coded targets
   concentric render --tilt 40 --out frame.png     a frame to try it on, with the truth beside it
+  concentric sheet board --out board              58 + 5 targets to print, with their layout
   concentric monitor /dev/ttyACM0                 reports of a camera head as JSON lines
   cat photo.pgm | concentric detect --csv -
 
@@ -35,6 +36,7 @@ enum Command {
     Detect(detect::command::Args),
     Calibrate(calibrate::command::Args),
     Render(Box<render::command::Args>),
+    Sheet(sheet::command::Args),
     Monitor(monitor::command::Args),
     Accuracy(accuracy::command::Args),
     Paper(paper::command::Args),
@@ -49,6 +51,7 @@ pub fn main() -> ExitCode {
         Command::Detect(args) => detect::command::execute(&args, &mut out),
         Command::Calibrate(args) => calibrate::command::execute(&args, &mut out),
         Command::Render(args) => render::command::run(&args).map(|()| true),
+        Command::Sheet(args) => sheet::command::execute(&args, &mut out).map(|()| true),
         Command::Monitor(args) => monitor::command::run(&args).map(|()| true),
         Command::Accuracy(args) => accuracy::command::execute(&args, &mut out).map(|()| true),
         Command::Paper(args) => paper::command::execute(&args, &mut out).map(|()| true),

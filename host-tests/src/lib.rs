@@ -15,4 +15,6 @@ pub mod paper;
 pub mod picture;
 pub mod render;
 pub mod risk;
+pub mod sheet;
 pub mod table;
+pub mod workload;

@@ -14,7 +14,7 @@ use tempfile::TempDir;
 use crate::picture::Picture;
 use crate::render::Scene;
 
-#[path = "../../examples/mps2/src/protocol.rs"]
+#[path = "../../examples/mailbox-head/src/protocol.rs"]
 pub mod protocol;
 
 use protocol::{

@@ -1,54 +1,47 @@
 //! Builds the firmware, looks into its image, runs it in QEMU.
 
 use std::env;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, ensure};
 
 use crate::Root;
 use crate::image::{Forbidden, Image};
+use crate::package::{NOWHERE, Package};
 use crate::setup::Emulator;
-use crate::steps::{self, Tally, output_of};
-use crate::toolchain::{Target, Toolchain};
+use crate::steps::Tally;
+use crate::toolchain::Target;
 
-/// Its processor.
-const TARGET: Target = Target::Armv7Em;
+/// The camera head on the M4F.
+const MPS2: Package = Package {
+    name: "concentric-mps2",
+    folder: "examples/mps2",
+    target: Target::Armv7Em,
+    cpu: None,
+    features: &[],
+};
 /// Tells the desktop side where the image is.
 const ELF: &str = "CONCENTRIC_MPS2_ELF";
-const PACKAGE: &str = "concentric-mps2";
-/// The function that the panic handler calls and that does not exist.
-const NOWHERE: &str = "a_panic_is_reachable";
 /// The firmware's `Storage`.
 const STORAGE: &str = "STORAGE";
 
 /// Builds the firmware and checks its image.
 pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
-    let toolchain = Toolchain::find(TARGET)?;
-    if toolchain.has_clippy() {
-        tally.run(cargo(root, toolchain, "clippy")?.args(["--quiet", "--", "-D", "warnings"]));
-    } else {
-        println!("clippy was not run on the firmware: {toolchain}");
+    if let Some(mut clippy) = MPS2.clippy(root)? {
+        tally.run(&mut clippy);
     }
-    let image = Image::read(&build(root, toolchain)?)?;
+    let image = Image::read(&MPS2.build(root)?)?;
     println!("flash {} bytes, RAM {} bytes", image.flash(), image.ram());
     tally.check(check_storage(&image));
-    for kind in Forbidden::ALL {
-        let found = image.find(kind);
-        println!("{kind} symbols: {}", found.len());
-        let verdict =
-            if found.is_empty() { Ok(()) } else { Err(anyhow!("{kind}:\n  {}", found.join("\n  "))) };
-        tally.check(verdict);
-    }
-    tally.check(check_that_a_panic_is_noticed(root, toolchain));
+    check_symbols(&image, tally);
+    tally.check(check_that_a_panic_is_noticed(root));
     Ok(())
 }
 
 /// Runs the firmware in QEMU: the same frames must give the same bytes as on the desktop.
 pub fn qemu_step(root: &Root, tally: &mut Tally) -> Result<()> {
     Emulator::Arm.ensure()?;
-    let elf = build(root, Toolchain::find(TARGET)?)?;
+    let elf = MPS2.build(root)?;
     let test = ["test", "--release", "--package", "concentric-host", "--test", "mps2", "--", "--ignored"];
     tally.run_tests(root.cargo(&test).env(ELF, elf))
 }
@@ -62,43 +55,21 @@ pub fn play(root: &Root, arguments: &[String]) -> Result<ExitCode> {
     play.current_dir(env::current_dir()?);
     if !arguments.iter().any(|argument| ["-h", "--help"].contains(&argument.as_str())) {
         Emulator::Arm.ensure()?;
-        play.env(ELF, build(root, Toolchain::find(TARGET)?)?);
+        play.env(ELF, MPS2.build(root)?);
     }
     let status = play.status().context("cannot run cargo")?;
     Ok(ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1)))
 }
 
-/// Builds the image.
-fn build(root: &Root, toolchain: Toolchain) -> Result<PathBuf> {
-    let elf = root.target.join("firmware").join(TARGET.triple()).join("release").join(PACKAGE);
-    let built = steps::run(cargo(root, toolchain, "build")?.arg("--quiet"));
-    built.map_err(|error| match find_panics(root, toolchain, &elf) {
-        Some(places) => anyhow!("{error:#}; a panic is reachable:\n  {}", places.join("\n  ")),
-        None => error,
-    })?;
-    ensure!(elf.is_file(), "the build left no {}", elf.display());
-    Ok(elf)
-}
-
-/// Where the panics are that keep the firmware from linking: links it with something in place of the missing function.
-fn find_panics(root: &Root, toolchain: Toolchain, elf: &Path) -> Option<Vec<String>> {
-    let mut command = cargo(root, toolchain, "rustc").ok()?;
-    command.args(["--quiet", "--", "-C", &format!("link-arg=--defsym={NOWHERE}=0")]);
-    output_of(&mut command)?;
-    let mut places = Image::read(elf).ok()?.find(Forbidden::Panic);
-    // Kept for a closer look, where nobody runs it by mistake.
-    let aside = elf.with_extension("with-panics");
-    fs::rename(elf, &aside).ok()?;
-    places.push(format!("lines of the source: llvm-addr2line -fie {} ADDRESS", aside.display()));
-    Some(places)
-}
-
-/// `cargo SUBCOMMAND` in the firmware's package, for its target, optimised.
-fn cargo(root: &Root, toolchain: Toolchain, subcommand: &str) -> Result<Command> {
-    let mut command = toolchain.cargo(subcommand)?;
-    command.current_dir(root.folder.join("examples/mps2")).args(["--release", "--target-dir"]);
-    command.arg(root.target.join("firmware"));
-    Ok(command)
+/// Checks that an image has no panics, no heap and no 64-bit floats.
+pub fn check_symbols(image: &Image, tally: &mut Tally) {
+    for kind in Forbidden::ALL {
+        let found = image.find(kind);
+        println!("{kind} symbols: {}", found.len());
+        let verdict =
+            if found.is_empty() { Ok(()) } else { Err(anyhow!("{kind}:\n  {}", found.join("\n  "))) };
+        tally.check(verdict);
+    }
 }
 
 fn check_storage(image: &Image) -> Result<()> {
@@ -109,9 +80,9 @@ fn check_storage(image: &Image) -> Result<()> {
 }
 
 /// Builds the firmware with a panic in it, which must not link.
-fn check_that_a_panic_is_noticed(root: &Root, toolchain: Toolchain) -> Result<()> {
-    let mut command = cargo(root, toolchain, "build")?;
-    let output = command.args(["--quiet", "--features", "reachable-panic"]).output()?;
+fn check_that_a_panic_is_noticed(root: &Root) -> Result<()> {
+    let package = Package { features: &["reachable-panic"], ..MPS2 };
+    let output = package.cargo(root, "build")?.arg("--quiet").output()?;
     let message = String::from_utf8_lossy(&output.stderr);
     ensure!(!output.status.success(), "the firmware with a reachable panic links");
     ensure!(

@@ -118,7 +118,11 @@ impl From<Mode> for Compensation {
     }
 }
 
-fn parse_spec(text: &str) -> Result<TargetSpec> {
+/// `any`, or ratios.
+///
+/// # Errors
+/// What is no number, or no ratio that a target can have.
+pub fn parse_spec(text: &str) -> Result<TargetSpec> {
     if text == "any" {
         return Ok(TargetSpec::any());
     }
@@ -325,6 +329,8 @@ mod tests {
             json: false,
             csv: false,
             overlay: Some("out/o.png".into()),
+            code: None,
+            ids: Vec::new(),
         };
         overlay_paths(&args).unwrap().into_iter().flatten().map(|path| path.display().to_string()).collect()
     }

@@ -1,5 +1,6 @@
 //! The command `monitor`: a head's stream of reports in, JSON lines out.
 
+mod ask;
 pub mod command;
 pub(crate) mod json;
 mod source;
@@ -41,6 +42,8 @@ pub struct Counts {
 pub enum Event {
     /// A message, as one line of JSON without its end.
     Line(String),
+    /// The answer to the command with this tag, as such a line.
+    Answer(u16, String),
     /// Bytes that are no message.
     Damaged {
         /// Why.
@@ -83,6 +86,7 @@ impl Monitor {
                 self.follow(seq);
                 Event::Line(line)
             }
+            Ok(Message::Answer(answer)) => Event::Answer(answer.tag, json::answer(&answer)),
             Err(error) => {
                 self.counts.damaged += 1;
                 Event::Damaged { error, len, at }

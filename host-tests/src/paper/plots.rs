@@ -6,6 +6,8 @@ use anyhow::Result;
 use plotters::prelude::*;
 
 use super::{
+    board::Board,
+    printed::DEVIATION,
     report::{Report, Table},
     simulation::{NOISES, number},
 };
@@ -13,6 +15,8 @@ use crate::accuracy::plots::{Area, COLOURS, Chart, FAINT, GRID, Plot, TEXT, char
 
 /// Width and height of figures 4 and 5, px.
 const SIZE: (u32, u32) = (1080, 440);
+/// The same of figure 8.
+const BOARD_SIZE: (u32, u32) = (1400, 720);
 /// Half side of the square that stands for a printed value, px.
 const SQUARE: i32 = 5;
 /// Decades of the axis of the errors that eq. (7) leaves, px.
@@ -23,7 +27,30 @@ const ERRORS: Range<f64> = 1e-7..1e-1;
 /// # Errors
 /// None that a caller can cause.
 pub fn plots(report: &Report) -> Result<Vec<Plot>> {
-    report.tables.iter().map(sweep).collect()
+    let mut plots = report.tables.iter().map(sweep).collect::<Result<Vec<_>>>()?;
+    plots.extend(deviations(&report.board)?);
+    Ok(plots)
+}
+
+/// Figure 8: a view in each panel, a cross for each target. None where no noise gives what the paper prints.
+fn deviations(board: &Board) -> Result<Option<Plot>> {
+    let Some(level) = board.implied() else { return Ok(None) };
+    let title = "Figure 8: deviations between the compared method and eq. (7) by view";
+    let panels = |area: &Area| -> Result<()> {
+        let limit = 1.1 * 1000.0 * DEVIATION;
+        for ((panel, shifts), letter) in area.split_evenly((2, 4)).iter().zip(&level.deviations).zip('a'..) {
+            let mut chart =
+                chart(panel, &format!("({letter})")).build_cartesian_2d(-limit..limit, -limit..limit)?;
+            axes(&mut chart, "u, mpx", "v, mpx", &|value| value.to_string())?;
+            let bound = 1000.0 * DEVIATION;
+            let frame = Rectangle::new([(-bound, -bound), (bound, bound)], FAINT.stroke_width(1));
+            chart.draw_series([frame])?;
+            let crosses = shifts.iter().map(|[u, v]| (1000.0 * u, 1000.0 * v));
+            chart.draw_series(crosses.map(|at| Cross::new(at, 4, COLOURS[0].stroke_width(1))))?;
+        }
+        Ok(())
+    };
+    svg("figure8.svg", title, BOARD_SIZE, panels).map(Some)
 }
 
 /// Draws into a text.
@@ -128,6 +155,7 @@ where
         .axis_style(FAINT)
         .label_style(font(13))
         .x_labels(8)
+        .x_label_formatter(&|value| value.to_string())
         .x_desc(x)
         .y_desc(y)
         .y_label_formatter(format)

@@ -5,6 +5,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::{
+    board::Board,
     equations::{self, Worst},
     lens,
     simulation::{self, Row, Seen},
@@ -39,6 +40,8 @@ pub struct Report {
     pub lens: Vec<lens::Row>,
     /// Figure 6.
     pub single: Single,
+    /// Figures 7 and 8.
+    pub board: Board,
 }
 
 impl Report {
@@ -48,7 +51,7 @@ impl Report {
     /// A picture that the library refuses, or on which nothing is found.
     pub fn new(progress: &ProgressBar) -> Result<Self> {
         let [first, second] = [simulation::table_1()?, simulation::table_2()?];
-        progress.set_length((first.len() + second.len() + 1) as u64);
+        progress.set_length((first.len() + second.len() + 1) as u64 + Board::STEPS);
         let with_pictures = |rows: Vec<Row>| -> Result<Vec<_>> {
             let seen = rows.par_iter().map(|row| {
                 let seen = simulation::pictures(row);
@@ -78,6 +81,7 @@ impl Report {
         ];
         let single = single::run()?;
         progress.inc(1);
-        Ok(Self { equations: equations::worst()?, tables, lens: lens::rows()?, single })
+        let board = Board::new(progress)?;
+        Ok(Self { equations: equations::worst()?, tables, lens: lens::rows()?, single, board })
     }
 }

@@ -36,6 +36,7 @@ pub use outline::{Outline, Piece};
 pub use photometry::{Photometry, Shading};
 pub use raster::Coverage;
 pub use scene::{Frame, Levels, Scene};
+pub use sweep::pair;
 pub use target::{Artwork, Mark, Style, Target, Tone};
 pub use texture::Texture;
 pub use truth::{CircleTruth, Place, TargetTruth, Truth};

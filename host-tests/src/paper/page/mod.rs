@@ -1,7 +1,10 @@
 //! The results as a page: printed values, ours, and the difference.
 
+mod board;
+mod short;
+
 use super::{
-    equations::{EXACT, SCENES},
+    equations::{self, EXACT, SCENES},
     lens,
     report::{Report, Table},
     simulation::{NOISES, PICTURES, Seen, number, other_grid},
@@ -37,8 +40,9 @@ twelve values. *at the label*: what eq. (7) leaves at the radius that is printed
 const TABLE_2: &str = "
 The angle printed as 4pi/5 would show the target's back; 4pi/15 is what follows 3pi/15. The printed errors have the size of
 ours, and their peak at 60 degrees (the law is sin^3 cos), but not their digits. No factor explains all rows: four of them are
-0.93 to 0.94 of ours. *other grid*: the same law at 0.5 + 11.5 i degrees, times 0.93, which comes within 7 % of every printed
-value. So angles and radius are likely to be off by such steps as the radii of table 1 are; what they were is not known.
+0.93 to 0.94 of ours, one is 1.43. *other grid*: the same law at 0.7 + 11.48 i degrees, times 0.92: of all equal steps with
+a factor those that come nearest, within 7 % of every printed value. So angles and radius are likely to be off by such steps as
+the radii of table 1 are; what they were is not known.
 ";
 
 const LENS: &str = "
@@ -48,18 +52,33 @@ every shift of an outline's centre, by perspective or by the lens, is an even fu
 O(r^4). That is all that eq. (7) needs. What it leaves grows with r^4. Exact outlines, no pictures.
 ";
 
-/// The page; figures lie beside it.
-pub fn page(report: &Report) -> String {
+/// Files of all figures.
+pub const FIGURES: [&str; 5] = ["figure4.svg", "figure5.svg", "figure6.png", "figure7.png", "figure8.svg"];
+
+/// The page; the figures with these files lie beside it.
+pub fn page(report: &Report, shown: &[&str]) -> String {
     let [first, second] = &report.tables;
+    let figure = |file: &str, caption: &str| match shown.contains(&file) {
+        true => format!("\n![{caption}]({file})\n"),
+        false => String::new(),
+    };
     [
         HEAD.to_owned(),
+        format!("\n## In short\n\n{}", short::table_of(report)),
         equations(report),
         format!("\n## Table 1 and figure 4: over the radius\n{TABLE_1}\n{}", table_1(first)),
         pictures(first),
+        figure(first.plot, first.title),
         format!("\n## Table 2 and figure 5: over the angle\n{TABLE_2}\n{}", table_2(second)),
         pictures(second),
+        figure(second.plot, second.title),
         format!("\n## Equation (8): lens distortion\n{LENS}\n{}", lens_table(&report.lens)),
         single(&report.single),
+        figure("figure6.png", "Figure 6: the single target and its centres"),
+        board::deviations(&report.board),
+        figure("figure7.png", "Figure 7: the eight views, and what was identified on them"),
+        figure("figure8.svg", "Figure 8: deviations C1 - C2 by view"),
+        board::methods(&report.board),
     ]
     .concat()
 }
@@ -196,10 +215,8 @@ fn pictures(of: &Table) -> String {
     let header: Vec<_> = header.iter().map(String::as_str).collect();
     format!(
         "\nThe same from rendered pictures through the detector, {PICTURES} for each noise (grey levels of 190 between dark \
-         and bright, blur 0.8 px, 8 bits). RMS distance from the true centre in mpx (1/1000 px):\n\n{}\n![{}]({})\n",
-        table(&header, &rows),
-        of.title,
-        of.plot
+         and bright, blur 0.8 px, 8 bits). RMS distance from the true centre in mpx (1/1000 px):\n\n{}",
+        table(&header, &rows)
     )
 }
 
@@ -253,7 +270,7 @@ fn single(single: &Single) -> String {
          {a:.0} x {b:.0} px. The paper prints no figure for it but speaks of good accordance. The true centre is at \
          ({x:.3}, {y:.3}). Eq. (7) itself leaves {:.4} px here (by the law of the model, without a picture): above the 0.01 px \
          and 0.02 px that the paper takes as the accuracy of centres. The library expects {:.4} px of noise in one \
-         coordinate.\n\n{}\n![Figure 6](figure6.png)\n",
+         coordinate.\n\n{}",
         single::RADIUS,
         single::RADIUS / 2.0,
         single::DISTANCE,

@@ -2,10 +2,8 @@
 
 use core::array;
 
-use crate::hardware::Words;
-use crate::protocol::{
-    ANSWER, Answer, DONE, Frame, MAGIC, ORDER, ORDERED, Order, PIXELS, READY, words_in_row,
-};
+use crate::protocol::{ANSWER, Answer, DONE, MAGIC, ORDER, ORDERED, Order, PIXELS, READY, words_in_row};
+use crate::words::Words;
 
 /// The head's end of the mailbox.
 pub struct Mailbox {
@@ -32,9 +30,9 @@ impl Mailbox {
     }
 
     /// Whether the mailbox is large enough for the frame.
-    pub fn holds(&self, frame: &Frame) -> bool {
-        let words = (frame.width as usize).div_ceil(4).checked_mul(frame.height as usize);
-        words.is_some_and(|words| words <= self.words.len() - PIXELS)
+    pub fn holds(&self, width: u32, height: u32) -> bool {
+        let words = words_in_row(width as usize).checked_mul(height as usize);
+        words.is_some_and(|words| words <= self.words.len().saturating_sub(PIXELS))
     }
 
     /// Copies row `y` of the frame.

@@ -52,8 +52,15 @@ pub type HeadStorage = Storage<MAX_WIDTH, 512, 8000>;
 /// What the camera asks of the head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Measure the frame in the mailbox and send its report.
+    /// Measure the frame in the mailbox with its settings and send its report.
     Measure(Frame),
+    /// The same with the settings that are in force: those of the last order or of a command since.
+    MeasureAsSet {
+        /// Width, px.
+        width: u32,
+        /// Height, px.
+        height: u32,
+    },
     /// Stop and give the host this exit status.
     Exit(u32),
 }
@@ -110,6 +117,7 @@ impl Frame {
 impl Order {
     const MEASURE: u32 = 1;
     const EXIT: u32 = 2;
+    const MEASURE_AS_SET: u32 = 3;
 
     /// The words of the order.
     pub fn to_words(self) -> [u32; ORDER_WORDS] {
@@ -117,6 +125,7 @@ impl Order {
             Self::Measure(f) => {
                 [Self::MEASURE, f.width, f.height, f.ratio, f.light, f.compensation, f.detail]
             }
+            Self::MeasureAsSet { width, height } => [Self::MEASURE_AS_SET, width, height, 0, 0, 0, 0],
             Self::Exit(status) => [Self::EXIT, status, 0, 0, 0, 0, 0],
         }
     }
@@ -126,6 +135,7 @@ impl Order {
         let [kind, width, height, ratio, light, compensation, detail] = words;
         match kind {
             Self::MEASURE => Some(Self::Measure(Frame { width, height, ratio, light, compensation, detail })),
+            Self::MEASURE_AS_SET => Some(Self::MeasureAsSet { width, height }),
             Self::EXIT => Some(Self::Exit(width)),
             _ => None,
         }
@@ -173,7 +183,7 @@ pub struct Answer {
     pub outcome: Outcome,
     /// Targets found.
     pub targets: u32,
-    /// Bytes that went over the serial line.
+    /// Bytes that went over the serial line since the last frame.
     pub length: u32,
 }
 
