@@ -109,8 +109,8 @@ impl<'s> Scanner<'s> {
             self.strips.measure(&self.rows);
             self.link_block();
         }
-        self.current.clear();
-        self.link_row();
+        let below = self.rows.height();
+        self.link_rows(below, below + 1);
     }
 
     /// Links the block of rows above the newest measured one.
@@ -122,26 +122,28 @@ impl<'s> Scanner<'s> {
         }
         self.strips.resolve(&self.rows);
         let last = (first + BLOCK_ROWS as u16).min(self.rows.height());
-        for y in first..last {
-            self.dropped.runs += self.current.fill(&self.strips, usize::from(y - first), self.rows.width());
-            self.link_row();
-        }
+        self.link_rows(first, last);
     }
 
-    fn link_row(&mut self) {
-        self.linked += 1;
-        if self.previous.as_slice().is_empty() && self.current.as_slice().is_empty() {
+    /// Links the rows from `first` to before `last`; the one below the frame is light.
+    fn link_rows(&mut self, first: u16, last: u16) {
+        self.linked = last;
+        if self.previous.as_slice().is_empty() && self.strips.all_light() {
             return;
         }
-        let mut linker = Linker::new(
-            &self.rows,
-            &mut self.outlines,
-            &mut self.pool,
-            &mut self.dropped,
-            (self.linked - 1, self.strips.min_contrast()),
-        );
-        linker.link(self.previous.as_slice(), self.current.as_mut_slice());
-        core::mem::swap(&mut self.previous, &mut self.current);
+        let Self { rows, strips, outlines, pool, dropped, .. } = self;
+        let mut runs = 0;
+        let mut linker = Linker::new(rows, outlines, pool, dropped, (first, strips.min_contrast()));
+        for y in first..last {
+            if y < rows.height() {
+                runs += self.current.fill(strips, usize::from(y - first), rows.width());
+            } else {
+                self.current.clear();
+            }
+            linker.link_row(y, self.previous.as_slice(), self.current.as_mut_slice());
+            core::mem::swap(&mut self.previous, &mut self.current);
+        }
+        self.dropped.runs = self.dropped.runs.saturating_add(runs);
     }
 
     /// A slot for an outline that is part of another one. [`NONE`], and counted, when the table is full.

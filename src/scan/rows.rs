@@ -7,7 +7,7 @@ use super::strips::STRIP;
 pub(crate) const BLOCK_ROWS: usize = 4;
 /// Blocks kept: the one in work and its neighbours above and below.
 pub(crate) const KEPT_BLOCKS: usize = 3;
-const KEPT_ROWS: usize = BLOCK_ROWS * KEPT_BLOCKS;
+pub(crate) const KEPT_ROWS: usize = BLOCK_ROWS * KEPT_BLOCKS;
 
 /// Ring of the last 12 rows, each padded to whole strips with its last pixel.
 #[derive(Debug)]
@@ -78,10 +78,11 @@ impl<'s> Rows<'s> {
         self.data.get(slot).unwrap_or(&[])
     }
 
-    /// Row `y` if it is in the frame and among the last 12.
-    pub fn kept(&self, y: u16) -> Option<&[u8]> {
-        let age = self.pushed.checked_sub(y).filter(|&age| age > 0)?;
-        (usize::from(age) <= KEPT_ROWS).then(|| self.row(y))
+    /// As many rows from row `y` on, which must be one of the last 12 or above the frame, as are kept; those outside the
+    /// frame repeat the nearest.
+    pub fn from_row(&self, y: i32) -> [&[u8]; KEPT_ROWS] {
+        let last = i32::from(self.pushed.saturating_sub(1));
+        core::array::from_fn(|i| self.row((y + i as i32).clamp(0, last) as u16))
     }
 
     fn slot(&self, y: u16) -> core::ops::Range<usize> {

@@ -21,9 +21,11 @@ pub(crate) const STRIP_WIDTHS: usize = 2;
 /// Ranges of half grey levels told apart by the noise figure.
 const RANGES: usize = 32;
 /// Cells whose ranges make a noise figure.
-const CELLS_WANTED: u16 = 64;
-/// From the calm strip that is measured in a block to that of the next block.
-const CHOSEN_STEP: usize = 7;
+const CELLS_WANTED: u16 = 32;
+/// Blocks in one of which a strip tells of the noise though it is calm ...
+const CHOSEN_BLOCKS: u16 = 4;
+/// ... and from one such strip to the next, times that: coprime to most numbers of strips.
+const CHOSEN_STEP: usize = 11;
 /// Fractional bits of the noise figure.
 const NOISE_BITS: u32 = 4;
 /// Rows of a block with samples.
@@ -123,10 +125,12 @@ impl<'s> Strips<'s> {
         }
         let contrast = self.noise.contrast;
         let width = u32::from(contrast) * ONES;
-        // One strip tells of the noise though it is calm: else only edges would.
-        let chosen = usize::from(self.blocks) * CHOSEN_STEP % self.count.max(1);
-        if let (Some(a), Some(b)) = (a.get(chosen), b.get(chosen)) {
-            self.noise.add(kernel::extremes(a, b));
+        // Else only edges would tell of the noise.
+        if self.blocks.is_multiple_of(CHOSEN_BLOCKS) {
+            let chosen = usize::from(self.blocks) * CHOSEN_STEP % self.count.max(1);
+            if let (Some(a), Some(b)) = (a.get(chosen), b.get(chosen)) {
+                self.noise.add(kernel::extremes(a, b));
+            }
         }
         let mut changed = false;
         let mut i = 0;
@@ -239,6 +243,11 @@ impl<'s> Strips<'s> {
             Some(strip) => strip[NEXT] = i,
             None => self.first = i,
         }
+    }
+
+    /// Whether no row of the block in work has a dark pixel.
+    pub fn all_light(&self) -> bool {
+        self.first == END
     }
 
     /// The strips in which row `row` of the block in work may change sides: first columns, and dark pixels one bit each.
