@@ -61,6 +61,7 @@ mod fit;
 pub mod head;
 mod math;
 mod measure;
+mod model;
 pub mod refine;
 mod reject;
 pub mod report;

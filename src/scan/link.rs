@@ -5,7 +5,7 @@
 //! neighbouring transitions have none below); an outline whose ends have all met is closed. The work is proportional
 //! to the number of transitions, except that joined outlines are renamed once a row.
 
-use super::crossings::{Axis, Crossing, CrossingList, Pool, Stretch};
+use super::crossings::{Axis, Crossing, CrossingList, NEAR, Pool, Stretch};
 use super::outlines::{NONE, Outlines};
 use super::rows::Rows;
 use super::runs::Transition;
@@ -22,8 +22,8 @@ const MAX_ACROSS: i32 = 5;
 const REACH: u16 = 4;
 
 pub(crate) struct Linker<'a, 's> {
-    /// The rows `y - 2` to `y + 1`; those outside the frame are not of use.
-    near: [&'a [u8]; 4],
+    /// The rows `y - 3` to `y + 2`; those outside the frame are not of use.
+    near: [&'a [u8]; NEAR],
     /// The rows from `y - 4` up and from `y + 3` down that are still or already there, as far as they are of use.
     far: [FarRows<'a>; 2],
     width: u16,
@@ -47,7 +47,7 @@ impl<'a, 's> Linker<'a, 's> {
         dropped: &'a mut Dropped,
         (y, min_contrast): (u16, u8),
     ) -> Self {
-        let near = [0, 1, 2, 3].map(|i| rows.row((y + i).saturating_sub(2)));
+        let near = [0, 1, 2, 3, 4, 5].map(|i| rows.row((y + i).saturating_sub(3)));
         let far = [
             FarRows::new(|i| rows.kept(y.checked_sub(REACH + i)?)),
             FarRows::new(|i| rows.kept(y + REACH - 1 + i)),
@@ -213,13 +213,13 @@ impl<'a, 's> Linker<'a, 's> {
         if x < REACH || x + REACH > self.width {
             return;
         }
-        let [_, above, row, below] = self.near;
+        let [_, _, above, row, below, _] = self.near;
         let (Some([a, b]), Some(near), Some([c, d])) =
-            (from_column(above, x - 1), from_column(row, x - 2), from_column(below, x - 1))
+            (from_column(above, x - 1), from_column(row, x - 3), from_column(below, x - 1))
         else {
             return;
         };
-        if self.is_edge(*near, [*a, *b, *c, *d]) {
+        if self.is_edge(near, [*a, *b, *c, *d]) {
             // As far from the next crossing as from this one.
             let length =
                 |clear: u16| usize::from(clear.saturating_sub(2 * (REACH - 1))).clamp(1, Stretch::MAX);
@@ -238,15 +238,15 @@ impl<'a, 's> Linker<'a, 's> {
         if self.y < REACH || self.y + REACH > self.height {
             return;
         }
-        let [r0, r1, r2, r3] = self.near;
+        let [r0, r1, r2, r3, r4, r5] = self.near;
         for x in from.max(1)..to {
             let at = |row: &[u8]| row.get(usize::from(x)).copied().unwrap_or(0);
-            let (Some([a, n1, c]), Some([b, n2, d])) = (from_column(r1, x - 1), from_column(r2, x - 1))
+            let (Some([a, n1, c]), Some([b, n2, d])) = (from_column(r2, x - 1), from_column(r3, x - 1))
             else {
                 continue;
             };
-            let near = [at(r0), *n1, *n2, at(r3)];
-            if self.is_edge(near, [*a, *b, *c, *d]) {
+            let near = [at(r0), at(r1), *n1, *n2, at(r4), at(r5)];
+            if self.is_edge(&near, [*a, *b, *c, *d]) {
                 let far = self.far.map(|rows| rows.stretch(x, self.min_step));
                 self.keep(label, Crossing::new(Axis::Column, (x, self.y), near, far));
             }
@@ -255,12 +255,13 @@ impl<'a, 's> Linker<'a, 's> {
 
     /// Whether the levels change enough along a crossing's axis, and across it not clearly more: then the other axis is
     /// the better one.
-    fn is_edge(&self, along: [u8; 4], across: [u8; 4]) -> bool {
+    fn is_edge(&self, near: &[u8; NEAR], across: [u8; 4]) -> bool {
         let difference = |levels: [u8; 4]| {
             let [a, b, c, d] = levels.map(i32::from);
             (c + d - a - b).abs()
         };
-        let along = difference(along);
+        let [_, a, b, c, d, _] = *near;
+        let along = difference([a, b, c, d]);
         along >= self.min_step && 4 * difference(across) <= MAX_ACROSS * along
     }
 

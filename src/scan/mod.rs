@@ -18,7 +18,7 @@ mod runs;
 mod tests;
 mod threshold;
 
-pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, Pool};
+pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, NEAR, Pool};
 pub(crate) use outlines::{Moments, NONE, Outline, Outlines};
 pub(crate) use rows::{BLOCK_ROWS, KEPT_BLOCKS, Rows};
 pub(crate) use runs::Transition;
