@@ -39,6 +39,11 @@ impl<'s> Detector<'s> {
         &self.settings
     }
 
+    /// Widest frame that its storage can take, px.
+    pub fn max_width(&self) -> u16 {
+        self.scanner.capacity().min(usize::from(MAX_WIDTH)) as u16
+    }
+
     /// Looks for something else from the next frame on.
     pub fn set_settings(&mut self, settings: Settings) {
         self.settings = settings;
@@ -63,7 +68,7 @@ impl<'s> Detector<'s> {
         height: u16,
         observer: O,
     ) -> Result<Scan<'_, 's, O>, FrameError> {
-        let capacity = self.scanner.capacity().min(usize::from(MAX_WIDTH)) as u16;
+        let capacity = self.max_width();
         if width < MIN_SIZE || width > capacity {
             return Err(FrameError::Width { given: width, max: capacity });
         }

@@ -3,7 +3,7 @@
 //! A circle seen at an angle is imaged as an ellipse whose centre is *not* the image of the circle's centre. With two or
 //! more concentric circles the true centre follows from one picture, without calibration: from the ellipse centres, by
 //! eq. (7) of Huo et al. 2013 or, exactly, by a closed form of the same cost
-//! ([`centre`]).
+//! ([`centre`]). For one circle, or to compare, [`model`] has the equations with known geometry.
 //!
 //! A frame is never stored. Rows come in; outlines grow; as soon as nothing can close around a target any more it is
 //! measured and handed out, and its memory is free again.
@@ -49,10 +49,12 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+mod appearance;
 mod arcs;
 mod camera;
 mod candidate;
 pub mod centre;
+pub mod code;
 pub mod coplanar;
 mod detector;
 mod edge;
@@ -61,7 +63,7 @@ mod fit;
 pub mod head;
 mod math;
 mod measure;
-mod model;
+pub mod model;
 pub mod refine;
 mod reject;
 pub mod report;
@@ -72,6 +74,7 @@ mod summary;
 pub mod target;
 
 pub use camera::{Camera, CameraError, Distortion};
+pub use code::{Code, CodeError, Reading};
 pub use detector::{
     Detection, Detector, FrameError, Image, MAX_HEIGHT, MAX_WIDTH, MIN_SIZE, Rest, RowError, Scan, Targets,
 };

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::camera::Camera;
+use crate::code::Code;
 
 /// Largest number of circles in a [`TargetSpec`].
 pub const MAX_SPEC_CIRCLES: usize = 4;
@@ -74,8 +75,13 @@ impl TargetSpec {
     }
 
     /// The same circles, light on dark.
-    pub const fn light(mut self) -> Self {
-        self.polarity = Polarity::Light;
+    pub const fn light(self) -> Self {
+        self.with_polarity(Polarity::Light)
+    }
+
+    /// The same circles with this polarity.
+    pub const fn with_polarity(mut self, polarity: Polarity) -> Self {
+        self.polarity = polarity;
         self
     }
 
@@ -123,12 +129,14 @@ pub struct Settings {
     pub compensation: Compensation,
     /// The camera, if it is known.
     pub camera: Option<Camera>,
+    /// The code that targets may carry, if any.
+    pub code: Option<Code>,
 }
 
 impl Settings {
     /// Settings for `spec` with the exact compensation.
     pub const fn new(spec: TargetSpec) -> Self {
-        Self { spec, compensation: Compensation::Exact, camera: None }
+        Self { spec, compensation: Compensation::Exact, camera: None, code: None }
     }
 
     /// The same with another compensation.
@@ -141,6 +149,12 @@ impl Settings {
     /// have a normal.
     pub const fn camera(mut self, camera: Camera) -> Self {
         self.camera = Some(camera);
+        self
+    }
+
+    /// The same with targets that may carry a code. A target without one is found all the same.
+    pub const fn code(mut self, code: Code) -> Self {
+        self.code = Some(code);
         self
     }
 }
@@ -188,9 +202,9 @@ pub(crate) mod limits {
     /// Smallest local contrast that counts as an edge, grey levels: below it 8-bit quantisation and shading
     /// make contours of their own.
     pub const MIN_CONTRAST: u8 = 10;
-    /// The same as a multiple of the noise figure (the range that one cell in eight stays below, about 2.6 sigma): 10 sigma.
-    /// In a frame of a million pixels the widest of all windows of pure noise spans 9.
-    pub const CONTRAST_TO_NOISE: u16 = 4;
+    /// The same in halves of the noise figure (the range that the samples of one cell in eight stay below, about 1.9 sigma): 10
+    /// sigma. In a frame of a million pixels the widest of all windows of pure noise spans 9.
+    pub const CONTRAST_TO_NOISE: u32 = 11;
     /// Smallest bounding box, px: a semi-axis of 2.5 px is the least at which an ellipse can be told from a square.
     pub const MIN_EXTENT: u16 = 5;
     /// Smallest semi-minor axis of the outer circle, px: below it the edges blur into each other.
@@ -232,6 +246,8 @@ pub(crate) mod limits {
     pub const RATIO_TOLERANCE_EDGE: f32 = 0.25;
     /// A ratio that comes this near to that limit is not taken for the wanted one.
     pub const RATIO_DISTRUST: f32 = 0.03;
+    /// The same for the arcs of a ring of segments, whose ellipses are guesses.
+    pub const CODE_RATIO: f32 = 0.06;
     /// A mark in the middle is not a circle of the target: smallest ratio accepted where ratios are measured.
     pub const MIN_MEASURED_RATIO: f32 = 0.18;
     /// Smallest semi-minor axis of an inner circle, px.

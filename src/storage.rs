@@ -1,13 +1,13 @@
 //! Fixed buffers, sized by the caller.
 
-use crate::scan::{BLOCK_ROWS, CELL_WIDTHS, Crossing, KEPT_BLOCKS, Outline, Transition};
+use crate::scan::{Crossing, KEPT_BLOCKS, Outline, STRIP, STRIP_WIDTHS, Transition};
 
 /// Transitions of a row that fit for each outline in the table.
 const TRANSITIONS_PER_OUTLINE: usize = 4;
 
 /// The memory of a [`Detector`](crate::Detector); its size does not depend on the height of the frame.
 ///
-/// * `WIDTH`: widest frame, px; a multiple of 8, at most 4096.
+/// * `WIDTH`: widest frame, px; a multiple of 32, at most 4096.
 /// * `OUTLINES`: outlines that can be open or waiting at the same time; at most 65534. An open target has one for each
 ///   circle; clutter that crosses the same rows counts too. Four transitions a row for each of them.
 /// * `CROSSINGS`: places where the rows and columns under way cross an outline; at most 65535. A circle of radius R px
@@ -16,8 +16,9 @@ const TRANSITIONS_PER_OUTLINE: usize = 4;
 /// All zero at first, so that a `static` costs no flash.
 #[derive(Debug)]
 pub struct Storage<const WIDTH: usize, const OUTLINES: usize, const CROSSINGS: usize> {
-    rows: [[[u8; WIDTH]; BLOCK_ROWS]; KEPT_BLOCKS],
-    cells: [[u8; WIDTH]; CELL_WIDTHS],
+    /// Four rows a block, so a word for each column.
+    rows: [[u32; WIDTH]; KEPT_BLOCKS],
+    strips: Words<[[u8; WIDTH]; STRIP_WIDTHS]>,
     transitions: [[[Transition; TRANSITIONS_PER_OUTLINE]; OUTLINES]; 2],
     outlines: [Outline; OUTLINES],
     crossings: [Crossing; CROSSINGS],
@@ -29,8 +30,8 @@ impl<const WIDTH: usize, const OUTLINES: usize, const CROSSINGS: usize> Storage<
 
     const CHECKED: () = {
         assert!(
-            WIDTH.is_multiple_of(8) && WIDTH <= crate::MAX_WIDTH as usize,
-            "WIDTH: a multiple of 8 up to 4096"
+            WIDTH.is_multiple_of(STRIP) && WIDTH <= crate::MAX_WIDTH as usize,
+            "WIDTH: a multiple of 32 up to 4096"
         );
         assert!(OUTLINES < u16::MAX as usize, "OUTLINES: at most 65534");
         assert!(CROSSINGS <= u16::MAX as usize, "CROSSINGS: at most 65535");
@@ -40,8 +41,8 @@ impl<const WIDTH: usize, const OUTLINES: usize, const CROSSINGS: usize> Storage<
     pub const fn new() -> Self {
         const { Self::CHECKED };
         Self {
-            rows: [[[0; WIDTH]; BLOCK_ROWS]; KEPT_BLOCKS],
-            cells: [[0; WIDTH]; CELL_WIDTHS],
+            rows: [[0; WIDTH]; KEPT_BLOCKS],
+            strips: Words([[0; WIDTH]; STRIP_WIDTHS]),
             transitions: [[[Transition::ZERO; TRANSITIONS_PER_OUTLINE]; OUTLINES]; 2],
             outlines: [Outline::ZERO; OUTLINES],
             crossings: [Crossing::ZERO; CROSSINGS],
@@ -51,8 +52,8 @@ impl<const WIDTH: usize, const OUTLINES: usize, const CROSSINGS: usize> Storage<
     pub(crate) fn buffers(&mut self) -> Buffers<'_> {
         let [previous, current] = &mut self.transitions;
         Buffers {
-            rows: self.rows.as_flattened_mut().as_flattened_mut(),
-            cells: self.cells.as_flattened_mut(),
+            rows: self.rows.as_flattened_mut(),
+            strips: bytemuck::try_cast_slice_mut(self.strips.0.as_flattened_mut()).unwrap_or_default(),
             previous: previous.as_flattened_mut(),
             current: current.as_flattened_mut(),
             outlines: &mut self.outlines,
@@ -69,11 +70,16 @@ impl<const WIDTH: usize, const OUTLINES: usize, const CROSSINGS: usize> Default
     }
 }
 
+/// Bytes that can be taken as words.
+#[derive(Debug)]
+#[repr(align(4))]
+struct Words<T>(T);
+
 /// [`Storage`] without its sizes, so that the code that uses it is compiled once.
 #[derive(Debug)]
 pub(crate) struct Buffers<'s> {
-    pub rows: &'s mut [u8],
-    pub cells: &'s mut [u8],
+    pub rows: &'s mut [u32],
+    pub strips: &'s mut [u32],
     pub previous: &'s mut [Transition],
     pub current: &'s mut [Transition],
     pub outlines: &'s mut [Outline],

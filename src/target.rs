@@ -5,6 +5,7 @@
 //! Pixel centres are at integer coordinates: the centre of the top-left pixel is (0, 0), x runs right, y runs
 //! down (OpenCV's convention). Every type with coordinates in this crate means these.
 
+use crate::code::Reading;
 use heapless::Vec;
 
 /// Largest number of circles kept for a target. A circle drawn as a line has two outlines, so this is
@@ -196,6 +197,8 @@ pub struct Target {
     /// Unit normal of the target's plane, towards the camera, in camera axes (x right, y down, z forward, so that z is
     /// negative). Only with a camera ([`Settings::camera`](crate::Settings::camera)) that the ellipses do not contradict.
     pub normal: Option<[f32; 3]>,
+    /// The code that it carries, if one was read ([`code::read`](crate::code::read())).
+    pub code: Option<Reading>,
     /// The circles, outermost first; at least two.
     pub circles: Vec<Circle, MAX_CIRCLES>,
     /// Bright minus dark level at the target's middle, grey levels.

@@ -7,7 +7,7 @@ use std::{
 
 use clap::{Parser, Subcommand};
 
-use crate::{accuracy, demo, detect, monitor, render};
+use crate::{accuracy, calibrate, demo, detect, monitor, paper, render, sheet};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -15,7 +15,9 @@ Examples:
   concentric detect photo.png                     true centres of all targets, as a table
   concentric detect --ratio 0.5 --overlay marked.png photo.jpg
   concentric detect --json *.png | jq .targets
+  concentric calibrate --layout board.txt views/  the camera, from pictures of a board with coded targets
   concentric render --tilt 40 --out frame.png     a frame to try it on, with the truth beside it
+  concentric sheet board --out board              58 + 5 targets to print, with their layout
   concentric monitor /dev/ttyACM0                 reports of a camera head as JSON lines
   cat photo.pgm | concentric detect --csv -
 
@@ -32,9 +34,12 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Detect(detect::command::Args),
+    Calibrate(calibrate::command::Args),
     Render(Box<render::command::Args>),
+    Sheet(sheet::command::Args),
     Monitor(monitor::command::Args),
     Accuracy(accuracy::command::Args),
+    Paper(paper::command::Args),
     Demo(demo::Args),
 }
 
@@ -44,9 +49,12 @@ pub fn main() -> ExitCode {
     let mut out = anstream::stdout();
     let result = match command {
         Command::Detect(args) => detect::command::execute(&args, &mut out),
+        Command::Calibrate(args) => calibrate::command::execute(&args, &mut out),
         Command::Render(args) => render::command::run(&args).map(|()| true),
+        Command::Sheet(args) => sheet::command::execute(&args, &mut out).map(|()| true),
         Command::Monitor(args) => monitor::command::run(&args).map(|()| true),
         Command::Accuracy(args) => accuracy::command::execute(&args, &mut out).map(|()| true),
+        Command::Paper(args) => paper::command::execute(&args, &mut out).map(|()| true),
         Command::Demo(args) => demo::execute(&args, &mut out).map(|()| true),
     };
     match result.and_then(|all_well| out.flush().map(|()| all_well).map_err(Into::into)) {

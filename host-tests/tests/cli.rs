@@ -78,7 +78,7 @@ fn json(output: &Output) -> Vec<Value> {
 fn help_and_version() {
     let folder = Folder::new();
     let help = text(&folder.run(&["--help"]).stdout);
-    for word in ["detect", "render", "monitor", "accuracy", "demo", "Examples:"] {
+    for word in ["detect", "render", "monitor", "accuracy", "paper", "demo", "Examples:"] {
         assert!(help.contains(word), "{help}");
     }
     assert_eq!(
@@ -310,7 +310,7 @@ fn csv_has_one_header_and_a_line_per_target() {
         lines[1]
             .split(',')
             .skip(2)
-            .take(columns - 3)
+            .take(columns - 4)
             .all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite))
     );
 }

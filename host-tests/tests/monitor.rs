@@ -2,7 +2,7 @@
 
 use std::{
     fs,
-    io::Write,
+    io::{Read, Write},
     net::TcpListener,
     path::Path,
     process::{Command, Stdio},
@@ -10,7 +10,10 @@ use std::{
 };
 
 use clap::Parser;
-use concentric::report::{Detail, HELLO_MAX_LEN, Hello, Report, Version, max_len};
+use concentric::report::{
+    ANSWER_MAX_LEN, Answer, CommandDecoder, Detail, Format, HELLO_MAX_LEN, HeadSettings, Hello,
+    Outcome as Answered, Report, Request, Version, max_len,
+};
 use concentric::{Circle, Covariance, Dropped, Ellipse, Flags, Position, Reject, Summary, Target};
 use concentric_host::monitor::command::{Args, execute};
 use serde_json::{Value, json};
@@ -122,7 +125,8 @@ fn a_line_for_each_message() {
     let entry = json!({"x": 1.25, "y": 1.5, "cov": null, "flags": ["small", "light"]});
     let frame = |seq: u32, targets: usize, dropped: usize| {
         json!({"kind": "frame", "seq": seq, "width": 640, "height": 480, "targets": vec![&entry; targets],
-            "rejected": {"alone": 3}, "dropped": {"runs": 1, "outlines": 2, "crossings": 3, "targets": dropped}})
+            "rejected": {"alone": 3}, "dropped": {"runs": 1, "outlines": 2, "crossings": 3,
+                "targets": dropped, "reports": 0}})
     };
     let expected = [
         json!({"kind": "hello", "firmware": "3.2.1", "library": env!("CARGO_PKG_VERSION"), "max_width": 1280,
@@ -364,4 +368,54 @@ fn a_serial_line() {
     drop(sender.join().unwrap());
     assert_eq!((&outcome.summary()["damaged"], &outcome.summary()["lost"]), (&json!(1), &json!(1)));
     assert_eq!((outcome.seqs(), outcome.error), (vec![0, 1, 2, 4, 5], None));
+}
+
+/// Plays a head that does not hear the first command and refuses ratios; it gives the requests that it heard.
+fn deaf_head(listener: &TcpListener) -> Vec<Request> {
+    let (mut line, _) = listener.accept().unwrap();
+    let (mut decoder, mut heard) = (CommandDecoder::new(), Vec::new());
+    let mut byte = [0];
+    while heard.len() < 4 {
+        line.read_exact(&mut byte).unwrap();
+        let Some(command) = decoder.push(byte[0]) else { continue };
+        let command = command.unwrap();
+        heard.push(command.request.clone());
+        if heard.len() == 1 {
+            continue;
+        }
+        let outcome = match command.request {
+            Request::Ratios(_) => Answered::Ratio { value: 3276, min: 6554, max: 62259 },
+            _ => Answered::Done,
+        };
+        let settings = HeadSettings { format: Format::Text, ..HeadSettings::default() };
+        let answer = Answer { tag: command.tag, outcome, settings };
+        line.write_all(answer.encode(&mut [0; ANSWER_MAX_LEN]).unwrap()).unwrap();
+    }
+    line.write_all(&frame(1, Detail::Terse, 0)).unwrap();
+    heard
+}
+
+#[test]
+fn commands_are_sent_one_after_the_other_until_they_are_answered() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let source = format!("tcp:{}", listener.local_addr().unwrap());
+    let head = thread::spawn(move || deaf_head(&listener));
+    let words = ["--command", "detail=full", "--command", "ratio=0.05", "--command", "settings"];
+    let outcome = monitor(&[&[source.as_str(), "--count", "1"], words.as_slice()].concat());
+    assert_eq!(outcome.error, None);
+    let heard = head.join().unwrap();
+    assert_eq!(heard[..2], [Request::Detail(Detail::Full), Request::Detail(Detail::Full)]);
+    assert!(matches!(heard[2..], [Request::Ratios(_), Request::Settings]));
+    let settings = json!({"ratios": [], "polarity": "dark", "compensation": "exact", "detail": "terse", "format": "text"});
+    let answer = |tag: u32, outcome: &str| json!({"kind": "answer", "tag": tag, "outcome": outcome, "settings": settings});
+    let refused = answer(2, "ratio 0.04999 is outside 0.10001..=0.95000");
+    assert_eq!(outcome.lines[..3], [answer(1, "done"), refused, answer(3, "done")]);
+}
+
+#[test]
+fn commands_need_a_way_back() {
+    let folder = folder();
+    let outcome = monitor(&[&file(&folder, &stream([1])), "--command", "settings"]);
+    assert!(outcome.error.unwrap().ends_with("stream.bin: commands need a serial port or tcp:HOST:PORT"));
+    assert!(refusal(&["-", "--command", "detail=fine"]).contains("wanted one of terse, normal, full"));
 }

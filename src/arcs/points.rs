@@ -51,12 +51,12 @@ pub(crate) struct Points {
 impl Points {
     /// As many of the crossings of `list`, about `origin`, as tell whether an ellipse is whole.
     pub fn fewest(list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> Self {
-        Self::new(list, pool, FEWEST, |crossing| Some(Point::new(crossing, origin)))
+        Self::new(list, pool, (FEWEST, origin), |_| true)
     }
 
     /// Few of the crossings of `list`, about `origin`.
     pub fn few(list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> Self {
-        Self::new(list, pool, FEW, |crossing| Some(Point::new(crossing, origin)))
+        Self::new(list, pool, (FEW, origin), |_| true)
     }
 
     /// Crossings of `list`, about `origin`, out to `radius` units of the ellipse of `anchor`.
@@ -67,27 +67,27 @@ impl Points {
         pool: &Pool<'_>,
         origin: (u16, u16),
     ) -> Self {
-        Self::new(list, pool, MAX_POINTS - 1, |crossing| {
+        Self::new(list, pool, (MAX_POINTS - 1, origin), |crossing| {
             let point = Point::new(crossing, origin);
-            let square = anchor.square(point.x - anchor.cx, point.y - anchor.cy);
-            (square < radius * radius).then_some(point)
+            anchor.square(point.x - anchor.cx, point.y - anchor.cy) < radius * radius
         })
     }
 
     fn new(
         list: CrossingList,
         pool: &Pool<'_>,
-        most: usize,
-        point: impl Fn(&Crossing) -> Option<Point>,
+        (most, origin): (usize, (u16, u16)),
+        wanted: impl Fn(&Crossing) -> bool,
     ) -> Self {
-        let count = pool.iter(list).filter(|crossing| point(crossing).is_some()).count();
+        let wanted = || pool.iter(list).filter(|crossing| wanted(crossing));
+        let count = wanted().count();
         let share = (most as u32 * 0x1_0000).checked_div(count as u32).unwrap_or(0);
         let mut points = Vec::new();
         // Multiples of the golden section: even along the list, and never only one side of it, of which a row leaves a
         // crossing in turn.
-        for (i, point) in pool.iter(list).filter_map(point).enumerate() {
+        for (i, crossing) in wanted().enumerate() {
             if u32::from((i as u16).wrapping_mul(0x9e37)) < share {
-                let _ = points.push(point);
+                let _ = points.push(Point::new(crossing, origin));
             }
         }
         Self { points }

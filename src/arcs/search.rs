@@ -60,7 +60,7 @@ pub(crate) fn free(mut points: Points) -> Option<Arc> {
 fn trials(pieces: &[Rough; PIECES], points: &[Point], unit: f32) -> [Option<(f32, Arc)>; REFINED] {
     let mut best = [None; REFINED];
     for (length, step) in LENGTHS {
-        for start in (0..PIECES).step_by(step) {
+        for start in (0..PIECES).step_by(step.max(1)) {
             let mut sum = Rough::default();
             pieces.iter().cycle().skip(start).take(length).for_each(|piece| sum.join(piece));
             let Some(shape) = sum.fit().filter(|shape| shape.semi_axes().0 <= MAX_SIZE) else { continue };

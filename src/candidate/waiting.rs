@@ -49,10 +49,13 @@ impl Waiting {
         let Some(outline) = scanner.outlines.get(label).copied() else { return };
         let Ok(shape) = shape(&outline) else { return };
         let width = scanner.width();
-        let inner =
-            self.take_inner(|inner| concentric(&outline, &shape, inner, width), &mut scanner.outlines);
-        if outline.partial && inner == NONE && self.insert_inside(label, scanner) {
+        let inside = |inner: &Outline| concentric(&outline, &shape, inner, width);
+        let mut inner = self.take_inner(inside, &mut scanner.outlines);
+        if inner == NONE && self.insert_inside(label, scanner) {
             return;
+        }
+        if inner == NONE && !outline.partial {
+            inner = self.take_from_arc(inside, &mut scanner.outlines);
         }
         let ready = ready_row(&outline, scanner);
         if let Some(outline) = scanner.outlines.get_mut(label) {
@@ -61,7 +64,8 @@ impl Waiting {
         }
     }
 
-    /// Puts an arc, which can be found after what is around it, into a chain. `false` if it does not belong to any.
+    /// Puts an outline into a chain: an arc, which can be found after what is around it, or a circle around which an arc was
+    /// found before it had closed. `false` if it does not belong to any.
     fn insert_inside(&self, label: u16, scanner: &mut Scanner<'_>) -> bool {
         let (width, outlines) = (scanner.width(), &mut scanner.outlines);
         let Some(new) = outlines.get(label).copied() else { return false };
@@ -134,6 +138,17 @@ impl Waiting {
             (outline.ready, outline.next) = (ready, self.head);
             self.head = head;
         }
+    }
+
+    /// Takes a whole outline that is `concentric`, with what is inside it, out of a chain in which only an arc is around it.
+    fn take_from_arc(&self, concentric: impl Fn(&Outline) -> bool, outlines: &mut Outlines<'_>) -> u16 {
+        let wanted = |&label: &u16| {
+            let Some(arc) = outlines.get(label).filter(|outline| outline.partial) else { return false };
+            outlines.get(arc.inner).is_some_and(|inner| !inner.partial && concentric(inner))
+        };
+        let around = self.members(outlines).find(wanted);
+        let arc = around.and_then(|label| outlines.get_mut(label));
+        arc.map_or(NONE, |arc| core::mem::replace(&mut arc.inner, NONE))
     }
 
     /// Takes the largest waiting outline that is `concentric`.

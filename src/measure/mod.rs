@@ -15,10 +15,12 @@ mod origin;
 mod sectors;
 
 use crate::candidate;
+use crate::code;
 use crate::edge::{self, Blur, Edge, Edges, Levels};
 use crate::fit::Adjusted;
+use crate::math;
 use crate::reject::Reject;
-use crate::scan::{Pool, Scanner};
+use crate::scan::{Outline, Pool, Scanner};
 use crate::settings::{Compensation, Polarity, Settings, limits};
 use crate::target::{Circle, Ellipse, Flags, MAX_CIRCLES, Target};
 use choose::choose;
@@ -39,6 +41,7 @@ const BLUR_GUESS: f32 = 0.8;
 
 /// Measures the target whose outermost outline is `head`.
 pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings) -> Result<Target, Reject> {
+    let head = outermost(head, scanner, settings);
     let origin = scanner.outlines.get(head).map(candidate::origin).ok_or(Reject::BufferFull)?;
     let edges = collect(head, origin, scanner)?;
     if edges.len() < 2 {
@@ -78,6 +81,33 @@ fn disturbed(edges: &Edges<'_>, pool: &mut Pool<'_>, origin: &Origin) -> Result<
     let fitted = fit_all(edges, pool, &levels, blur.sigma, origin)?;
     let light = Light::new(&levels, blur.sigma, fitted.first());
     Ok((fitted, light))
+}
+
+/// The outermost outline of the chain that can be a circle of a target. What is around it and open by itself is none, nor are
+/// arcs of the ring of segments of a code.
+fn outermost(mut head: u16, scanner: &Scanner<'_>, settings: &Settings) -> u16 {
+    let outlines = &scanner.outlines;
+    let mut whole = head;
+    while let Some(outline) = outlines.get(whole).filter(|outline| outline.partial) {
+        whole = outline.inner;
+    }
+    let whole = outlines.get(whole);
+    let ring = |outline: &Outline, inner: &Outline| {
+        let ratio = math::sqrt((inner.moments.area as f32 / outline.moments.area as f32).abs());
+        let of_code = [code::INNER / code::OUTER, 1.0 / code::OUTER, 1.0 / code::INNER];
+        of_code.into_iter().any(|wanted| (ratio / wanted - 1.0).abs() < limits::CODE_RATIO)
+    };
+    while let Some(outline) = outlines.get(head).filter(|outline| outline.partial)
+        && let Some(inner) = outlines.get(outline.inner)
+    {
+        let coded = settings.code.is_some()
+            && (ring(outline, inner) || whole.is_some_and(|whole| ring(outline, whole)));
+        if !outline.open && !coded {
+            break;
+        }
+        head = outline.inner;
+    }
+    head
 }
 
 /// The outlines of the chain as edges about `origin`, outermost first.
@@ -203,6 +233,7 @@ pub(crate) fn assemble(
         eq7: origin.position(eq7.x, eq7.y),
         exact: origin.position(exact.x, exact.y),
         normal: known.map(|known| known.normal),
+        code: None,
         circles: Vec::new(),
         contrast: light.contrast,
         noise: light.noise,

@@ -3,7 +3,7 @@
 use crate::camera::{Camera, Local};
 use crate::fit::Shape;
 use crate::math;
-use crate::target::{Covariance, Position};
+use crate::target::{Circle, Covariance, Position, Target};
 
 /// Edge points have 1/256 px.
 const GRID: f32 = 256.0;
@@ -26,6 +26,24 @@ impl Origin {
             None => None,
         };
         Some(Self { pixel, lens })
+    }
+
+    /// That of a target: its outer ellipse's centre.
+    pub fn of(target: &Target, camera: Option<&Camera>) -> Option<Self> {
+        let centre = target.circles.first()?.ellipse.centre;
+        let pixel = |place: i32| u16::try_from(place / Position::SCALE).ok();
+        Self::new((pixel(centre.x)?, pixel(centre.y)?), camera)
+    }
+
+    /// Where the undistorted image shows `position`, px.
+    pub fn offset(&self, position: Position) -> Option<(f32, f32)> {
+        let from = Position::from_origin(i32::from(self.pixel.0), i32::from(self.pixel.1), 0.0, 0.0);
+        self.place(position.offset_from(from))
+    }
+
+    /// The ellipse of one of the target's circles.
+    pub fn shape(&self, circle: &Circle) -> Option<Shape> {
+        Shape::from_ellipse(&circle.ellipse, self.offset(circle.ellipse.centre)?)
     }
 
     pub fn lens(&self) -> Option<&Local> {

@@ -11,13 +11,13 @@
 mod normals;
 mod pixel;
 
+use crate::appearance::{Model, Outline, Spread};
 use crate::detector::Image;
-use crate::fit::{Adjusted, Shape};
+use crate::fit::Adjusted;
 use crate::math;
 use crate::measure::{Fitted, FittedList, Light, Origin, PARTS, assemble, concentric};
-use crate::model::{Model, Outline, Spread};
 use crate::settings::{Polarity, Settings};
-use crate::target::{Circle, Flags, Position, Target};
+use crate::target::{Circle, Flags, Target};
 use heapless::Vec;
 use normals::Normals;
 use pixel::{Expected, Slope};
@@ -85,7 +85,7 @@ fn start(window: &Window<'_>, settings: &Settings, target: &Target) -> Option<Mo
     let mut inside = if settings.spec.polarity() == Polarity::Dark { -1.0 } else { 1.0 };
     let (mut dark, mut bright) = (0.0, 0.0);
     for circle in &target.circles {
-        let outline = Outline::new(window.shape(circle)?, inside)?;
+        let outline = Outline::new(window.origin.shape(circle)?, inside)?;
         let (within, beyond) = window.sides(&outline)?;
         // Circles between which one was left out make no model.
         if (beyond > within) != (inside < 0.0) {
@@ -116,9 +116,8 @@ struct Window<'i> {
 impl<'i> Window<'i> {
     fn new(image: &'i Image<'i>, settings: &Settings, target: &Target) -> Option<Self> {
         let outer = target.circles.first()?.ellipse;
-        let pixel = |place: i32| u16::try_from(place / Position::SCALE).ok();
-        let pixel = (pixel(outer.centre.x)?, pixel(outer.centre.y)?);
-        let origin = Origin::new(pixel, settings.camera.as_ref())?;
+        let origin = Origin::of(target, settings.camera.as_ref())?;
+        let pixel = origin.pixel;
         // Distortion changes sizes by less than that, or there is no target.
         let reach = (1.25 * outer.a + REACH) as i32 + 1;
         let range = |at: u16, end: u16| {
@@ -133,14 +132,6 @@ impl<'i> Window<'i> {
             columns: range(pixel.0, width),
             rows: range(pixel.1, height),
         })
-    }
-
-    /// An ellipse of the target about the origin.
-    fn shape(&self, circle: &Circle) -> Option<Shape> {
-        let (px, py) = self.origin.pixel;
-        let from = Position::from_origin(i32::from(px), i32::from(py), 0.0, 0.0);
-        let centre = self.origin.place(circle.ellipse.centre.offset_from(from))?;
-        Shape::from_ellipse(&circle.ellipse, centre)
     }
 
     /// Mean levels inside and outside an outline, 2.5 px from it.
@@ -256,6 +247,7 @@ impl<'i> Window<'i> {
             edge_variance: 3.545 * model.blur * noise * noise / (contrast * contrast),
         };
         let mut better = assemble(&circles, settings, &light, &self.origin).ok()?;
+        better.code = target.code;
         better.flags.set(Flags::REFINED, true);
         for hidden in [Flags::CUT, Flags::OCCLUDED] {
             better.flags.set(hidden, target.flags.contains(hidden));

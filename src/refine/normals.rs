@@ -4,8 +4,8 @@
 //! of the factor is that of the outlines alone.
 
 use super::pixel::Expected;
+use crate::appearance::{Model, OWN, SHARED, Spread, Step};
 use crate::fit::{CENTRE_TERMS, Factor, Matrix};
-use crate::model::{Model, OWN, SHARED, Spread, Step};
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 

@@ -1,9 +1,9 @@
 //! The level that the model gives a pixel.
 
+use crate::appearance::Model;
 use crate::edge::normal;
 use crate::fit::Frame;
 use crate::math;
-use crate::model::Model;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 

@@ -107,6 +107,8 @@ pub struct FrameHead {
     pub dropped: Dropped,
     /// Targets that were found and did not fit in the report.
     pub dropped_targets: u32,
+    /// Reports that the head has given up since its reset, because its line was too slow for them.
+    pub dropped_reports: u32,
     /// How much follows for each target.
     pub detail: Detail,
 }
@@ -209,7 +211,7 @@ impl TargetEntry {
             Detail::Full => Details::Full(FullEntry::new(target)),
         };
         Self {
-            id: 0,
+            id: target.code.map_or(0, |code| code.id),
             centre: target.centre,
             sigma_x: sigma(target.covariance.xx),
             sigma_y: sigma(target.covariance.yy),

@@ -1,12 +1,13 @@
-//! From bytes back to messages.
+//! From bytes back to the messages of a head.
 
 use core::fmt;
 
-use heapless::Vec;
+use serde::Deserialize;
 
 use super::body::{Detail, FrameHead, Hello, TargetEntry};
-use super::frame::CRC;
-use super::{Kind, SEPARATOR, WIRE_VERSION};
+use super::command::Answer;
+use super::unframe::Unframer;
+use super::{Kind, WIRE_VERSION};
 
 /// A message, taken apart.
 #[derive(Clone, Debug)]
@@ -15,6 +16,8 @@ pub enum Message<'a> {
     Hello(Hello),
     /// The report of a frame.
     Frame(FrameReport<'a>),
+    /// What became of a command.
+    Answer(Answer),
 }
 
 /// The report of a frame.
@@ -71,36 +74,14 @@ impl fmt::Display for DecodeError {
 
 impl core::error::Error for DecodeError {}
 
-/// Takes a stream of messages apart, byte by byte. Holds messages of up to `N` bytes before COBS;
+/// Takes a head's stream of messages apart, byte by byte. Holds messages of up to `N` bytes before COBS;
 /// [`max_len`](super::max_len) of the sender's report is always enough.
 ///
 /// Each stretch of bytes between two separators has exactly one outcome, given at the separator that ends it: a
 /// message, or why it is none. Empty stretches have none. A decoder that starts in mid-stream therefore gives one
 /// error first.
 #[derive(Clone, Debug)]
-pub struct Decoder<const N: usize> {
-    state: State,
-    plain: Vec<u8, N>,
-    pending: usize,
-}
-
-/// `repr` makes the first state zero, so that a decoder in a static takes no flash.
-#[derive(Clone, Copy, Debug)]
-#[repr(u8)]
-enum State {
-    /// No byte since the last separator.
-    Between,
-    /// In a COBS block, `left` bytes before its end; a zero follows unless it is the last one or `full`.
-    Block { left: u8, full: bool },
-    /// The message was too long; the rest of it is no new one.
-    Skip,
-}
-
-impl State {
-    fn block(code: u8) -> Self {
-        Self::Block { left: code.saturating_sub(1), full: code == u8::MAX }
-    }
-}
+pub struct Decoder<const N: usize>(Unframer<N>);
 
 impl<const N: usize> Default for Decoder<N> {
     fn default() -> Self {
@@ -111,7 +92,7 @@ impl<const N: usize> Default for Decoder<N> {
 impl<const N: usize> Decoder<N> {
     /// A decoder that expects the start of a message.
     pub const fn new() -> Self {
-        Self { state: State::Between, plain: Vec::new(), pending: 0 }
+        Self(Unframer::new())
     }
 
     /// Takes the next byte of the stream; returns the outcome if it ends a stretch.
@@ -120,65 +101,36 @@ impl<const N: usize> Decoder<N> {
     ///
     /// Any [`DecodeError`]; decoding goes on with the next byte.
     pub fn push(&mut self, byte: u8) -> Option<Result<Message<'_>, DecodeError>> {
-        if byte == SEPARATOR {
-            return self.end();
-        }
-        self.pending = self.pending.saturating_add(1);
-        self.state = match self.state {
-            State::Between => {
-                self.plain.clear();
-                State::block(byte)
-            }
-            State::Block { left: 0, full: true } => State::block(byte),
-            State::Block { left: 0, full: false } => match self.plain.push(0) {
-                Ok(()) => State::block(byte),
-                Err(_) => State::Skip,
-            },
-            State::Block { left, full } => match self.plain.push(byte) {
-                Ok(()) => State::Block { left: left.saturating_sub(1), full },
-                Err(_) => State::Skip,
-            },
-            State::Skip => State::Skip,
-        };
-        None
+        Some(self.0.push(byte)?.and_then(|(kind, body)| parse(kind, body)))
     }
 
     /// Bytes taken since the last separator. At the end of a stream: 0, or the length of the piece of a message that
     /// it was cut in.
     pub fn pending(&self) -> usize {
-        self.pending
-    }
-
-    fn end(&mut self) -> Option<Result<Message<'_>, DecodeError>> {
-        self.pending = 0;
-        match core::mem::replace(&mut self.state, State::Between) {
-            State::Between => None,
-            State::Skip => Some(Err(DecodeError::TooLong)),
-            State::Block { left: 0, .. } => Some(parse(&self.plain)),
-            State::Block { .. } => Some(Err(DecodeError::Cobs)),
-        }
+        self.0.pending()
     }
 }
 
-fn parse(plain: &[u8]) -> Result<Message<'_>, DecodeError> {
-    let (content, crc) = plain.split_last_chunk::<4>().ok_or(DecodeError::TooShort)?;
-    let ([version, kind], body) = content.split_first_chunk::<2>().ok_or(DecodeError::TooShort)?;
-    if CRC.checksum(content) != u32::from_le_bytes(*crc) {
-        return Err(DecodeError::Checksum);
-    }
-    if *version != WIRE_VERSION {
-        return Err(DecodeError::Version(*version));
-    }
-    let (message, rest) = if *kind == Kind::Hello as u8 {
-        let (hello, rest) = postcard::take_from_bytes(body).map_err(|_| DecodeError::Body)?;
-        (Message::Hello(hello), rest)
-    } else if *kind == Kind::Frame as u8 {
+fn parse(kind: u8, body: &[u8]) -> Result<Message<'_>, DecodeError> {
+    if kind == Kind::Hello as u8 {
+        whole(body).map(Message::Hello)
+    } else if kind == Kind::Frame as u8 {
         let (head, targets, rest) = parse_frame(body).map_err(|_| DecodeError::Body)?;
-        (Message::Frame(FrameReport { head, targets }), rest)
+        let message = Message::Frame(FrameReport { head, targets });
+        if rest.is_empty() { Ok(message) } else { Err(DecodeError::Body) }
+    } else if kind == Kind::Answer as u8 {
+        whole(body).map(Message::Answer)
     } else {
-        return Err(DecodeError::Kind(*kind));
-    };
-    if rest.is_empty() { Ok(message) } else { Err(DecodeError::Body) }
+        Err(DecodeError::Kind(kind))
+    }
+}
+
+/// A body that is one value and nothing else.
+pub(super) fn whole<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, DecodeError> {
+    match postcard::take_from_bytes(body) {
+        Ok((value, [])) => Ok(value),
+        _ => Err(DecodeError::Body),
+    }
 }
 
 /// Head, targets, and what is left behind them.

@@ -66,7 +66,7 @@ struct Frame<'b> {
 impl<'b> Frame<'b> {
     fn begin(kind: Kind, out: &'b mut [u8]) -> Self {
         let mut frame = Self { out, len: 0, code_at: 0, code: 1, digest: CRC.digest() };
-        if matches!(kind, Kind::Hello) {
+        if !matches!(kind, Kind::Frame) {
             frame.append(SEPARATOR);
         }
         frame.open_block();

@@ -29,24 +29,31 @@
 #![doc = include_str!("SPECIFICATION.md")]
 
 mod body;
+mod command;
 mod decoder;
 mod fixed;
 mod frame;
 mod size;
+mod text;
+mod unframe;
 
 pub use body::{
     CircleEntry, Detail, Details, FrameHead, FullEntry, Hello, Pixels, Shape, TargetEntry, Version,
 };
+pub use command::{
+    Answer, Command, CommandDecoder, Format, HeadSettings, Outcome, RATIO_ONE, Ratios, Request,
+};
 pub use decoder::{DecodeError, Decoder, FrameReport, Message};
 pub use frame::EncodeError;
-pub use size::{HELLO_MAX_LEN, max_len};
+pub use size::{ANSWER_MAX_LEN, COMMAND_MAX_LEN, HELLO_MAX_LEN, max_len};
+pub use text::max_text_len;
 
 use heapless::Vec;
 
 use crate::{Summary, Target};
 
 /// Version of the wire format, the first byte of every message.
-pub const WIRE_VERSION: u8 = 2;
+pub const WIRE_VERSION: u8 = 3;
 
 /// Byte that ends every message and occurs in none.
 pub const SEPARATOR: u8 = 0;
@@ -57,6 +64,8 @@ pub const SEPARATOR: u8 = 0;
 enum Kind {
     Hello = 1,
     Frame = 2,
+    Command = 3,
+    Answer = 4,
 }
 
 /// The report of a frame in the making; holds up to `N` targets, up to 300 bytes each.
@@ -68,13 +77,14 @@ pub struct Report<const N: usize> {
     detail: Detail,
     seq: u32,
     dropped: u32,
+    given_up: u32,
     targets: Vec<TargetEntry, N>,
 }
 
 impl<const N: usize> Report<N> {
     /// An empty report of frame 0.
     pub const fn new(detail: Detail) -> Self {
-        Self { detail, seq: 0, dropped: 0, targets: Vec::new() }
+        Self { detail, seq: 0, dropped: 0, given_up: 0, targets: Vec::new() }
     }
 
     /// Forgets the last frame and starts the report of frame `seq`. Counting every frame of the sensor, also
@@ -83,6 +93,22 @@ impl<const N: usize> Report<N> {
         self.seq = seq;
         self.dropped = 0;
         self.targets.clear();
+    }
+
+    /// Level of detail.
+    pub fn detail(&self) -> Detail {
+        self.detail
+    }
+
+    /// Changes the level of detail. The targets collected so far are forgotten.
+    pub fn set_detail(&mut self, detail: Detail) {
+        self.detail = detail;
+        self.begin(self.seq);
+    }
+
+    /// Counts a report that is not sent, because the line has no room for it. All later reports tell how many there were.
+    pub fn give_up(&mut self) {
+        self.given_up = self.given_up.saturating_add(1);
     }
 
     /// Adds a target. When the report is full it is left out and counted.
@@ -104,16 +130,30 @@ impl<const N: usize> Report<N> {
     ///
     /// [`EncodeError::BufferTooSmall`]; the report is unchanged and can be encoded again.
     pub fn finish<'b>(&self, summary: &Summary, buffer: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
-        let head = FrameHead {
+        frame::encode(Kind::Frame, &(self.head(summary), self.targets()), buffer)
+    }
+
+    /// The same as lines of text, [specified](self#text) for terminals and controllers. Level full has no more than
+    /// level normal. [`max_text_len(N, detail)`](max_text_len) bytes are always enough.
+    ///
+    /// # Errors
+    ///
+    /// As [`finish`](Self::finish).
+    pub fn finish_text<'b>(&self, summary: &Summary, buffer: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
+        text::write(&self.head(summary), self.targets(), buffer)
+    }
+
+    fn head(&self, summary: &Summary) -> FrameHead {
+        FrameHead {
             seq: self.seq,
             width: summary.width,
             height: summary.height,
             rejected: summary.rejected,
             dropped: summary.dropped,
             dropped_targets: self.dropped,
+            dropped_reports: self.given_up,
             detail: self.detail,
-        };
-        frame::encode(Kind::Frame, &(head, self.targets()), buffer)
+        }
     }
 }
 

@@ -17,18 +17,22 @@ pub(crate) enum Axis {
 pub(crate) struct Stretch(u16);
 
 impl Stretch {
-    /// Most pixels.
-    pub const MAX: usize = 16;
     /// Bits of the sum; above it is the binary logarithm of the number of pixels.
     const BITS: u32 = 12;
 
-    /// The first of `levels`, as many as make a power of two. It ends before a level at the end of the scale, which tells
-    /// nothing of the light, unless that is the first.
-    pub fn new(levels: impl ExactSizeIterator<Item = u8> + Clone) -> Self {
-        let told = levels.clone().take(Self::MAX).take_while(|level| !matches!(level, 0 | 255)).count();
-        let log = told.max(1).ilog2();
-        let sum = levels.take(1 << log).fold(0, |sum, level| sum + u16::from(level));
-        Self(sum | (log as u16) << Self::BITS)
+    /// All of `levels`, as many as [`stretch_length`] says.
+    pub fn new(levels: &[u8]) -> Self {
+        let (fours, rest) = levels.as_chunks::<4>();
+        let sum = |levels: &[u8]| levels.iter().fold(0, |sum, &level| sum + u32::from(level));
+        let sum = fours.iter().fold(sum(rest), |all, four| all + sum(four));
+        let log = match levels.len() {
+            0..2 => 0,
+            2..4 => 1,
+            4..8 => 2,
+            8..16 => 3,
+            _ => 4,
+        };
+        Self((sum | log << Self::BITS) as u16)
     }
 
     /// Number of pixels, and their mean level.
@@ -40,6 +44,16 @@ impl Stretch {
 
 /// Near samples of a crossing.
 pub(crate) const NEAR: usize = 6;
+/// The most pixels that a stretch can have where `clear` are there; at least 1.
+pub(crate) fn stretch_length(clear: usize) -> usize {
+    match clear {
+        0..2 => 1,
+        2..4 => 2,
+        4..8 => 4,
+        8..16 => 8,
+        _ => 16,
+    }
+}
 
 /// A place where a row or a column passes the threshold, with the grey levels around it.
 ///
@@ -169,7 +183,13 @@ impl<'s> Pool<'s> {
         if let Some(slot) = self.get_mut(at) {
             *slot = crossing;
         }
-        self.append(list, CrossingList { head: at, tail: at, len: 1 });
+        if list.len == 0 {
+            list.head = at;
+        } else if let Some(last) = self.get_mut(list.tail) {
+            last.next = at;
+        }
+        list.tail = at;
+        list.len += 1;
         true
     }
 
@@ -244,23 +264,17 @@ mod tests {
     #[test]
     fn a_stretch_has_the_mean_of_the_pixels_that_fit() {
         for (given, used) in [(1u8, 1u8), (2, 2), (3, 2), (4, 4), (7, 4), (15, 8), (16, 16), (40, 16)] {
-            let stretch = Stretch::new((0..given).map(|i| 100 + i));
+            let levels: [u8; 40] = core::array::from_fn(|i| 100 + i as u8);
+            let stretch = Stretch::new(&levels[..stretch_length(given.into())]);
             assert_eq!(stretch.mean(), (f32::from(used), 100.0 + 0.5 * f32::from(used - 1)));
         }
-        assert_eq!(Stretch::new([254; 16].into_iter()).mean(), (16.0, 254.0));
-        assert_eq!(Stretch::new([9].into_iter().take(0)).mean(), (1.0, 0.0));
-    }
-
-    #[test]
-    fn a_stretch_ends_where_the_scale_does() {
-        assert_eq!(Stretch::new([250, 252, 255, 255].into_iter()).mean(), (2.0, 251.0));
-        assert_eq!(Stretch::new([255; 16].into_iter()).mean(), (1.0, 255.0));
-        assert_eq!(Stretch::new([3, 0, 3, 3].into_iter()).mean(), (1.0, 3.0));
+        assert_eq!(Stretch::new(&[255; 16]).mean(), (16.0, 255.0));
+        assert_eq!((stretch_length(0), Stretch::new(&[9]).mean()), (1, (1.0, 9.0)));
     }
 
     #[test]
     fn a_crossing_keeps_place_and_stretches_apart() {
-        let far = [Stretch::new([200; 16].into_iter()), Stretch::new([40, 41].into_iter())];
+        let far = [Stretch::new(&[200; 16]), Stretch::new(&[40, 41])];
         let mut crossing = Crossing::new(Axis::Column, (4095, 16383), [1, 2, 3, 4, 5, 6], far);
         assert_eq!((crossing.x, crossing.y(), crossing.axis()), (4095, 16383, Axis::Column));
         assert_eq!(crossing.far(), far);

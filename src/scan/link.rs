@@ -5,9 +5,9 @@
 //! neighbouring transitions have none below); an outline whose ends have all met is closed. The work is proportional
 //! to the number of transitions, except that joined outlines are renamed once a row.
 
-use super::crossings::{Axis, Crossing, CrossingList, NEAR, Pool, Stretch};
+use super::crossings::{Axis, Crossing, CrossingList, NEAR, Pool, Stretch, stretch_length};
 use super::outlines::{NONE, Outlines};
-use super::rows::Rows;
+use super::rows::{KEPT_ROWS, Rows};
 use super::runs::Transition;
 use crate::reject::Dropped;
 use crate::settings::limits;
@@ -22,10 +22,8 @@ const MAX_ACROSS: i32 = 5;
 const REACH: u16 = 4;
 
 pub(crate) struct Linker<'a, 's> {
-    /// The rows `y - 3` to `y + 2`; those outside the frame are not of use.
-    near: [&'a [u8]; NEAR],
-    /// The rows from `y - 4` up and from `y + 3` down that are still or already there, as far as they are of use.
-    far: [FarRows<'a>; 2],
+    /// The rows about the block in work, from [`REACH`] above it on; the nearest where there are none.
+    rows: [&'a [u8]; KEPT_ROWS],
     width: u16,
     height: u16,
     outlines: &'a mut Outlines<'s>,
@@ -34,30 +32,57 @@ pub(crate) struct Linker<'a, 's> {
     /// Smallest difference between the two sides' pairs of samples: less is no edge, but the border of two cells'
     /// thresholds.
     min_step: i32,
+    /// Rows that are there.
+    pushed: u16,
+    /// First row of the block in work.
+    first: u16,
     /// The row of `current`.
     y: u16,
+    /// The rows `y - 2` to `y + 1`; those outside the frame are not of use.
+    near: [&'a [u8]; NEAR],
 }
 
 impl<'a, 's> Linker<'a, 's> {
-    /// For row `y`, where the smallest contrast of an edge is `min_contrast`.
+    /// For the block of rows from `first` on, where the smallest contrast of an edge is `min_contrast`.
     pub fn new(
         rows: &'a Rows<'s>,
         outlines: &'a mut Outlines<'s>,
         pool: &'a mut Pool<'s>,
         dropped: &'a mut Dropped,
-        (y, min_contrast): (u16, u8),
+        (first, min_contrast): (u16, u8),
     ) -> Self {
-        let near = [0, 1, 2, 3, 4, 5].map(|i| rows.row((y + i).saturating_sub(3)));
-        let far = [
-            FarRows::new(|i| rows.kept(y.checked_sub(REACH + i)?)),
-            FarRows::new(|i| rows.kept(y + REACH - 1 + i)),
-        ];
-        let (width, height) = (rows.width(), rows.height());
-        Self { near, far, width, height, outlines, pool, dropped, min_step: i32::from(min_contrast) / 2, y }
+        let (width, height, pushed) = (rows.width(), rows.height(), rows.pushed());
+        let min_step = i32::from(min_contrast) / 2;
+        let rows = rows.from_row(i32::from(first) - i32::from(REACH));
+        Self {
+            rows,
+            width,
+            height,
+            outlines,
+            pool,
+            dropped,
+            min_step,
+            pushed,
+            first,
+            y: first,
+            near: [&[]; NEAR],
+        }
     }
 
-    /// Gives every transition of `current` its outline; `previous` is the row above.
-    pub fn link(&mut self, previous: &[Transition], current: &mut [Transition]) {
+    /// Gives every transition of `current`, in row `y` of the block or in the one below the frame, its outline; `previous` is
+    /// the row above.
+    pub fn link_row(&mut self, y: u16, previous: &[Transition], current: &mut [Transition]) {
+        self.y = y;
+        self.near = [0, 1, 2, 3, 4, 5].map(|i| self.row_from_above(REACH - 3 + i));
+        self.link(previous, current);
+    }
+
+    /// The row `i` below the one that is [`REACH`] above row `y`.
+    fn row_from_above(&self, i: u16) -> &'a [u8] {
+        self.rows.get(usize::from(self.y - self.first + i)).copied().unwrap_or(&[])
+    }
+
+    fn link(&mut self, previous: &[Transition], current: &mut [Transition]) {
         let (mut i, mut j) = (0, 0);
         loop {
             let (above, here) = (run(previous, i), run(current, j));
@@ -114,10 +139,14 @@ impl<'a, 's> Linker<'a, 's> {
         here.label = label;
         // Dark begins at the even transitions.
         self.add_transition(label, if at.is_multiple_of(2) { -1 } else { 1 }, here.x);
-        if above.x.abs_diff(here.x) <= MAX_ROW_STEP {
-            self.keep_row_crossing(label, here.x, [before, after]);
+        if above.x.abs_diff(here.x) <= MAX_ROW_STEP
+            && let Some(crossing) = self.row_crossing(here.x, [before, after])
+        {
+            self.keep(label, crossing);
         }
-        self.keep_column_crossings(label, above.x.min(here.x), above.x.max(here.x));
+        if above.x != here.x {
+            self.keep_column_crossings(label, above.x.min(here.x), above.x.max(here.x));
+        }
     }
 
     /// An outline begins with the transitions `at` and `at + 1`.
@@ -163,7 +192,7 @@ impl<'a, 's> Linker<'a, 's> {
         if let (Some(moved), Some(outline)) = (moved, self.outlines.get_mut(a)) {
             self.pool.append(&mut outline.crossings, moved);
         }
-        self.outlines.join(a, b);
+        self.outlines.join(a, b, self.y);
         let spoiled = self.outlines.get(a).is_some_and(|o| o.lossy);
         if spoiled {
             self.free_crossings(a);
@@ -171,12 +200,13 @@ impl<'a, 's> Linker<'a, 's> {
         self.bound_cut(a);
     }
 
-    fn add_transition(&mut self, label: u16, sign: i64, x: u16) {
+    fn add_transition(&mut self, label: u16, sign: i32, x: u16) {
+        let cut = x == 0 || x >= self.width || self.y == 0;
         if let Some(outline) = self.outlines.get_mut(label) {
             outline.add_transition(sign, x, self.y);
-        }
-        if x == 0 || x >= self.width || self.y == 0 {
-            self.mark_cut(label);
+            if cut {
+                self.mark_cut(label);
+            }
         }
     }
 
@@ -208,29 +238,26 @@ impl<'a, 's> Linker<'a, 's> {
         }
     }
 
-    /// Keeps the crossing before column `x` of this row; its neighbours are before the columns `before` and `after`.
-    fn keep_row_crossing(&mut self, label: u16, x: u16, [before, after]: [u16; 2]) {
+    /// The crossing before column `x` of this row; its neighbours are before the columns `before` and `after`.
+    fn row_crossing(&self, x: u16, [before, after]: [u16; 2]) -> Option<Crossing> {
         if x < REACH || x + REACH > self.width {
-            return;
+            return None;
         }
         let [_, _, above, row, below, _] = self.near;
-        let (Some([a, b]), Some(near), Some([c, d])) =
-            (from_column(above, x - 1), from_column(row, x - 3), from_column(below, x - 1))
-        else {
-            return;
-        };
-        if self.is_edge(near, [*a, *b, *c, *d]) {
-            // As far from the next crossing as from this one.
-            let length =
-                |clear: u16| usize::from(clear.saturating_sub(2 * (REACH - 1))).clamp(1, Stretch::MAX);
-            let left = row.get(..usize::from(x - REACH + 1)).unwrap_or(&[]).iter().rev();
-            let right = row.get(usize::from(x + REACH - 1)..).unwrap_or(&[]).iter();
-            let far = [
-                Stretch::new(left.take(length(x.saturating_sub(before))).copied()),
-                Stretch::new(right.take(length(after.saturating_sub(x))).copied()),
-            ];
-            self.keep(label, Crossing::new(Axis::Row, (x, self.y), *near, far));
+        let near = from_column(row, x - 3)?;
+        let ([a, b], [c, d]) = (from_column(above, x - 1)?, from_column(below, x - 1)?);
+        if !self.is_edge(near.map(i32::from), [*a, *b, *c, *d]) {
+            return None;
         }
+        // As far from the next crossing as from this one.
+        let clear = |from: u16, to: u16| usize::from(to.saturating_sub(from + 2 * (REACH - 1)));
+        let (left, right) = (usize::from(x - REACH + 1), usize::from(x + REACH - 1));
+        let length = stretch_length(clear(before, x).min(left));
+        let before = row.get(left.checked_sub(length)?..left)?;
+        let after = row.get(right..right + stretch_length(clear(x, after)))?;
+        let before = if is_told(before.first()) { before } else { row.get(left.checked_sub(1)?..left)? };
+        let after = if is_told(after.last()) { after } else { after.get(..1)? };
+        Some(Crossing::new(Axis::Row, (x, self.y), *near, [before, after].map(Stretch::new)))
     }
 
     /// Keeps the crossings between the row above and this one in the columns `from..to`.
@@ -238,31 +265,58 @@ impl<'a, 's> Linker<'a, 's> {
         if self.y < REACH || self.y + REACH > self.height {
             return;
         }
+        let columns = usize::from(from.max(1))..usize::from(to);
+        let around = columns.start - 1..columns.end + 1;
         let [r0, r1, r2, r3, r4, r5] = self.near;
-        for x in from.max(1)..to {
-            let at = |row: &[u8]| row.get(usize::from(x)).copied().unwrap_or(0);
-            let (Some([a, n1, c]), Some([b, n2, d])) = (from_column(r2, x - 1), from_column(r3, x - 1))
-            else {
-                continue;
-            };
-            let near = [at(r0), at(r1), *n1, *n2, at(r4), at(r5)];
-            if self.is_edge(&near, [*a, *b, *c, *d]) {
-                let far = self.far.map(|rows| rows.stretch(x, self.min_step));
+        let (Some(r1), Some(r2)) = (r1.get(columns.clone()), r2.get(around.clone())) else { return };
+        let (Some(r3), Some(r4)) = (r3.get(around), r4.get(columns)) else { return };
+        let near = r1.iter().zip(r2.windows(3)).zip(r3.windows(3).zip(r4));
+        for (x, ((n1, r2), (r3, n4))) in (from.max(1)..).zip(near) {
+            let (&[a, n2, c], &[b, n3, d]) = (r2, r3) else { continue };
+            let [n0, n5] = [r0, r5].map(|row| row.get(usize::from(x)).copied().unwrap_or(0));
+            let near = [n0, *n1, n2, n3, *n4, n5];
+            if self.is_edge(near.map(i32::from), [a, b, c, d]) {
+                let far = [Side::Above, Side::Below].map(|side| self.column_stretch(x, side));
                 self.keep(label, Crossing::new(Axis::Column, (x, self.y), near, far));
             }
         }
     }
 
+    /// The stretch in column `x`, as far as its levels are those of an even surface and its rows are there.
+    fn column_stretch(&self, x: u16, side: Side) -> Stretch {
+        let row = usize::from(self.y - self.first);
+        let above = self.rows.get(..=row).unwrap_or(&[]).iter().rev();
+        let below = self.rows.get(row + usize::from(2 * REACH - 1)..).unwrap_or(&[]).iter();
+        let mut levels = [0; FAR_ROWS];
+        let mut len = 0;
+        let mut add = |row: &&[u8]| {
+            let level = row.get(usize::from(x)).copied().unwrap_or(0);
+            let [first, ..] = levels;
+            let flat = len == 0 || i32::from(level.abs_diff(first)) < self.min_step;
+            if flat && let Some(slot) = levels.get_mut(len) {
+                *slot = level;
+                len += 1;
+            }
+            flat
+        };
+        match side {
+            Side::Above => above.take(usize::from(self.y - REACH + 1).min(FAR_ROWS)).all(&mut add),
+            Side::Below => {
+                let there = self.pushed.saturating_sub(self.y + REACH - 1);
+                below.take(usize::from(there).min(FAR_ROWS)).all(&mut add)
+            }
+        };
+        let levels = levels.get(..stretch_length(len)).unwrap_or(&[]);
+        Stretch::new(if is_told(levels.last()) { levels } else { levels.get(..1).unwrap_or(&[]) })
+    }
+
     /// Whether the levels change enough along a crossing's axis, and across it not clearly more: then the other axis is
     /// the better one.
-    fn is_edge(&self, near: &[u8; NEAR], across: [u8; 4]) -> bool {
-        let difference = |levels: [u8; 4]| {
-            let [a, b, c, d] = levels.map(i32::from);
-            (c + d - a - b).abs()
-        };
-        let [_, a, b, c, d, _] = *near;
+    fn is_edge(&self, near: [i32; NEAR], across: [u8; 4]) -> bool {
+        let difference = |[a, b, c, d]: [i32; 4]| (c + d - a - b).abs();
+        let [_, a, b, c, d, _] = near;
         let along = difference([a, b, c, d]);
-        along >= self.min_step && 4 * difference(across) <= MAX_ACROSS * along
+        along >= self.min_step && 4 * difference(across.map(i32::from)) <= MAX_ACROSS * along
     }
 
     fn keep(&mut self, label: u16, crossing: Crossing) {
@@ -286,32 +340,22 @@ impl<'a, 's> Linker<'a, 's> {
     }
 }
 
-/// Rows on one side of a crossing, from near to far.
+/// Levels from either end of the scale that noise clips, grey levels.
+const END: u8 = 4;
+
+/// Where a stretch of a crossing on a column lies.
 #[derive(Clone, Copy)]
-struct FarRows<'a> {
-    rows: [&'a [u8]; FAR_ROWS],
-    len: usize,
+enum Side {
+    Above,
+    Below,
 }
 
-/// Most rows kept on either side for a stretch on a column.
+/// Most rows on either side for a stretch on a column.
 const FAR_ROWS: usize = 4;
 
-impl<'a> FarRows<'a> {
-    /// As many of the rows that `row` gives as there are without a gap.
-    fn new(row: impl Fn(u16) -> Option<&'a [u8]>) -> Self {
-        let rows = [0, 1, 2, 3].map(row);
-        let len = rows.iter().take_while(|row| row.is_some()).count();
-        Self { rows: rows.map(|row| row.unwrap_or(&[])), len }
-    }
-
-    /// The stretch in column `x` as far as its levels differ by less than `step`.
-    fn stretch(&self, x: u16, step: i32) -> Stretch {
-        let levels = self.rows.map(|row| row.get(usize::from(x)).copied().unwrap_or(0));
-        let [first, ..] = levels.map(i32::from);
-        let flat = levels.iter().take(self.len).take_while(|&&level| (i32::from(level) - first).abs() < step);
-        let len = flat.count();
-        Stretch::new(levels.into_iter().take(len))
-    }
+/// Whether the level at the far end of a stretch tells the light: where the scale ends within it, only its nearest pixel is kept.
+fn is_told(end: Option<&u8>) -> bool {
+    end.is_some_and(|level| (END..=255 - END).contains(level))
 }
 
 /// Pixels of `row` from column `x` on.

@@ -1,7 +1,7 @@
 //! Rows in, closed outlines out.
 //!
 //! 1. [`rows`]: the last 12 rows are kept, because a vertical edge profile needs its neighbours above and below.
-//! 2. [`threshold`]: a threshold for each cell of 4 x 4 px from the local extremes.
+//! 2. [`strips`]: a threshold for each cell of 8 x 4 px from the local extremes, by the [`kernel`] that every pixel passes.
 //! 3. [`runs`]: where the rows pass it ([`Transition`]s).
 //! 4. [`link`]: transitions of successive rows are joined to outlines.
 //! 5. [`outlines`]: table of those outlines with their exact moments; [`crossings`]: pool of their edge profiles.
@@ -10,31 +10,33 @@
 //! labels dark and light regions at once, gives the moments of the *filled* shape, and says what lies in what.
 
 mod crossings;
+mod kernel;
 mod link;
 mod outlines;
 mod rows;
 mod runs;
+mod strips;
 #[cfg(test)]
 mod tests;
-mod threshold;
 
 pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, NEAR, Pool};
 pub(crate) use outlines::{Moments, NONE, Outline, Outlines};
-pub(crate) use rows::{BLOCK_ROWS, KEPT_BLOCKS, Rows};
+use rows::BLOCK_ROWS;
+pub(crate) use rows::{KEPT_BLOCKS, Rows};
 pub(crate) use runs::Transition;
-pub(crate) use threshold::CELL_WIDTHS;
+pub(crate) use strips::{STRIP, STRIP_WIDTHS};
 
 use crate::reject::Dropped;
 use crate::storage::Buffers;
 use link::Linker;
 use runs::TransitionList;
-use threshold::Cells;
+use strips::Strips;
 
 /// The state of a frame on its way through the stages before the candidates.
 #[derive(Debug)]
 pub(crate) struct Scanner<'s> {
     rows: Rows<'s>,
-    cells: Cells<'s>,
+    strips: Strips<'s>,
     previous: TransitionList<'s>,
     current: TransitionList<'s>,
     pub outlines: Outlines<'s>,
@@ -48,7 +50,7 @@ impl<'s> Scanner<'s> {
     pub fn new(buffers: Buffers<'s>) -> Self {
         Self {
             rows: Rows::new(buffers.rows),
-            cells: Cells::new(buffers.cells),
+            strips: Strips::new(buffers.strips),
             previous: TransitionList::new(buffers.previous),
             current: TransitionList::new(buffers.current),
             outlines: Outlines::new(buffers.outlines),
@@ -81,7 +83,7 @@ impl<'s> Scanner<'s> {
     /// Forgets everything and prepares for a frame of `width` <= `capacity()`.
     pub fn begin(&mut self, width: u16, height: u16) {
         self.rows.begin(width, height);
-        self.cells.begin(width);
+        self.strips.begin(width);
         self.previous.clear();
         self.current.clear();
         self.outlines.clear();
@@ -95,7 +97,7 @@ impl<'s> Scanner<'s> {
     pub fn push_row(&mut self, row: &[u8]) {
         self.rows.push(row);
         if self.rows.block_complete() {
-            self.cells.measure(&self.rows);
+            self.strips.measure(&self.rows);
             self.link_block();
         }
     }
@@ -104,39 +106,44 @@ impl<'s> Scanner<'s> {
     pub fn finish(&mut self) {
         while self.linked < self.rows.height() {
             // The last block has nothing below it; what is there of it is measured again or for the first time.
-            self.cells.measure(&self.rows);
+            self.strips.measure(&self.rows);
             self.link_block();
         }
-        self.current.clear();
-        self.link_row();
+        let below = self.rows.height();
+        self.link_rows(below, below + 1);
     }
 
     /// Links the block of rows above the newest measured one.
     fn link_block(&mut self) {
         let first = self.linked;
-        let Some(below) = self.cells.blocks().checked_sub(2) else { return };
+        let Some(below) = self.strips.blocks().checked_sub(2) else { return };
         if below != first / BLOCK_ROWS as u16 {
             return;
         }
-        self.cells.update_thresholds();
+        self.strips.resolve(&self.rows);
         let last = (first + BLOCK_ROWS as u16).min(self.rows.height());
-        for y in first..last {
-            self.dropped.runs += self.current.fill(self.rows.row(y), &self.cells, self.rows.width());
-            self.link_row();
-        }
+        self.link_rows(first, last);
     }
 
-    fn link_row(&mut self) {
-        let mut linker = Linker::new(
-            &self.rows,
-            &mut self.outlines,
-            &mut self.pool,
-            &mut self.dropped,
-            (self.linked, self.cells.min_contrast()),
-        );
-        linker.link(self.previous.as_slice(), self.current.as_mut_slice());
-        core::mem::swap(&mut self.previous, &mut self.current);
-        self.linked += 1;
+    /// Links the rows from `first` to before `last`; the one below the frame is light.
+    fn link_rows(&mut self, first: u16, last: u16) {
+        self.linked = last;
+        if self.previous.as_slice().is_empty() && self.strips.all_light() {
+            return;
+        }
+        let Self { rows, strips, outlines, pool, dropped, .. } = self;
+        let mut runs = 0;
+        let mut linker = Linker::new(rows, outlines, pool, dropped, (first, strips.min_contrast()));
+        for y in first..last {
+            if y < rows.height() {
+                runs += self.current.fill(strips, usize::from(y - first), rows.width());
+            } else {
+                self.current.clear();
+            }
+            linker.link_row(y, self.previous.as_slice(), self.current.as_mut_slice());
+            core::mem::swap(&mut self.previous, &mut self.current);
+        }
+        self.dropped.runs = self.dropped.runs.saturating_add(runs);
     }
 
     /// A slot for an outline that is part of another one. [`NONE`], and counted, when the table is full.

@@ -7,8 +7,12 @@ use crate::math;
 /// No outline, no crossing.
 pub(crate) const NONE: u16 = u16::MAX;
 
-/// Moments of the pixels enclosed by an outline, summed over its transitions (Green's theorem on rows). Exact: a region
-/// as large as the largest frame has a second moment below 2^57. Negative for the outline of a light region.
+/// Moments of the pixels enclosed by an outline. Exact: a region as large as the largest frame has a second moment below 2^57.
+/// Negative for the outline of a light region.
+///
+/// While the outline is open, sums over its transitions at (x, y) about the first of them instead, added where dark turns
+/// light and subtracted where light turns dark: of x, x^2, x^3, x y, x^2 y and x y^2. As there are as many of either in each
+/// row, Green's theorem makes the moments of them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moments {
     pub area: i64,
@@ -19,20 +23,51 @@ pub(crate) struct Moments {
     pub yy: i64,
 }
 
+/// Largest coordinate of which 32 bits hold the cube.
+const SMALL: u32 = 1 << 10;
+
 impl Moments {
     const ZERO: Self = Self { area: 0, x: 0, y: 0, xx: 0, xy: 0, yy: 0 };
 
-    /// Adds the pixels left of `x` in row `y`, `sign` times.
-    fn add_edge(&mut self, sign: i64, x: u16, y: u16) {
-        let (x, y) = (i64::from(x), i64::from(y));
-        let sum_x = x * (x - 1) / 2;
-        let sum_xx = sum_x * (2 * x - 1) / 3;
-        self.area += sign * x;
-        self.x += sign * sum_x;
-        self.xx += sign * sum_xx;
-        self.y += sign * x * y;
-        self.xy += sign * sum_x * y;
-        self.yy += sign * x * y * y;
+    /// Adds a transition to the sums.
+    fn add_transition(&mut self, sign: i32, x: i32, y: i32) {
+        // On small processors long products are dear. Squares are short in any case.
+        let small = x.unsigned_abs() < SMALL && y.unsigned_abs() < SMALL;
+        let product =
+            |a: i32, b: i32| if small { i64::from(a.wrapping_mul(b)) } else { i64::from(a) * i64::from(b) };
+        let signed = sign * x;
+        let (xx, xy) = (signed * x, signed * y);
+        self.area += i64::from(signed);
+        self.x += i64::from(xx);
+        self.y += i64::from(xy);
+        self.xx += product(xx, x);
+        self.xy += product(xx, y);
+        self.yy += product(xy, y);
+    }
+
+    /// Adds sums about a place that lies `(x, y)` px farther; they have as many signs of either kind.
+    fn join(&mut self, other: &Self, (x, y): (i64, i64)) {
+        self.area += other.area;
+        self.x += other.x + 2 * x * other.area;
+        self.xx += other.xx + 3 * x * (other.x + x * other.area);
+        self.y += other.y + y * other.area;
+        self.xy += other.xy + y * other.x + 2 * x * (other.y + y * other.area);
+        self.yy += other.yy + 2 * y * other.y + y * y * other.area;
+    }
+
+    /// Makes moments of the sums about `(x, y)`: of the pixels left of a transition there are x, whose columns add up to
+    /// x (x - 1) / 2 and their squares to x (x - 1) (2 x - 1) / 6.
+    fn close(&mut self, (x, y): (i64, i64)) {
+        let mut sums = Self::ZERO;
+        sums.join(self, (x, y));
+        *self = Self {
+            area: sums.area,
+            x: (sums.x - sums.area) / 2,
+            y: sums.y,
+            xx: (2 * sums.xx - 3 * sums.x + sums.area) / 6,
+            xy: (sums.xy - sums.y) / 2,
+            yy: sums.yy,
+        };
     }
 
     /// Those of a filled ellipse about the pixel `(x, y)`.
@@ -67,21 +102,16 @@ impl Moments {
             yy: self.yy + 2 * y * self.y + y * y * self.area,
         }
     }
-
-    fn join(&mut self, other: &Self) {
-        self.area += other.area;
-        self.x += other.x;
-        self.y += other.y;
-        self.xx += other.xx;
-        self.xy += other.xy;
-        self.yy += other.yy;
-    }
 }
 
 /// An outline: the border of a region of either polarity, seen from outside.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outline {
     pub moments: Moments,
+    /// First transition.
+    first: (u16, u16),
+    /// Sum of the signs of the transitions in the row under way.
+    balance: i16,
     /// Leftmost column.
     pub left: u16,
     /// One past the rightmost column.
@@ -114,6 +144,8 @@ pub(crate) struct Outline {
 impl Outline {
     pub const ZERO: Self = Self {
         moments: Moments::ZERO,
+        first: (0, 0),
+        balance: 0,
         left: 0,
         right: 0,
         top: 0,
@@ -139,8 +171,10 @@ impl Outline {
     }
 
     /// Adds a transition at `(x, y)`; `sign` is +1 where dark turns light.
-    pub fn add_transition(&mut self, sign: i64, x: u16, y: u16) {
-        self.moments.add_edge(sign, x, y);
+    pub fn add_transition(&mut self, sign: i32, x: u16, y: u16) {
+        let (dx, dy) = (i32::from(x) - i32::from(self.first.0), i32::from(y) - i32::from(self.first.1));
+        self.moments.add_transition(sign, dx, dy);
+        self.balance += sign as i16;
         self.left = self.left.min(x);
         self.right = self.right.max(x);
         self.bottom = y;
@@ -206,6 +240,7 @@ impl<'s> Outlines<'s> {
         };
         if let Some(slot) = self.get_mut(label) {
             *slot = Outline {
+                first: (x, y),
                 left: x,
                 right: x,
                 top: y,
@@ -234,15 +269,20 @@ impl<'s> Outlines<'s> {
         label
     }
 
-    /// Joins `b` to `a`, both roots and different. The crossings of `b` must have been moved before.
-    pub fn join(&mut self, a: u16, b: u16) {
+    /// Joins `b` to `a`, both roots and different, in row `y`. The crossings of `b` must have been moved before.
+    pub fn join(&mut self, a: u16, b: u16, y: u16) {
         let joined = self.joined;
         let Some(other) = self.get_mut(b) else { return };
         (other.alias, other.next) = (a, joined);
         let other = *other;
         self.joined = b;
         if let Some(outline) = self.get_mut(a) {
-            outline.moments.join(&other.moments);
+            let apart = |a: u16, b: u16| i32::from(b) - i32::from(a);
+            let (dx, dy) = (apart(outline.first.0, other.first.0), apart(outline.first.1, other.first.1));
+            outline.moments.join(&other.moments, (dx.into(), dy.into()));
+            // As if the other had been balanced by a transition at its first column, which adds nothing to its own sums.
+            outline.moments.add_transition(other.balance.into(), dx, apart(outline.first.1, y));
+            outline.balance += other.balance;
             outline.left = outline.left.min(other.left);
             outline.right = outline.right.max(other.right);
             outline.top = outline.top.min(other.top);
@@ -261,6 +301,7 @@ impl<'s> Outlines<'s> {
             return;
         }
         outline.next = NONE;
+        outline.moments.close((outline.first.0.into(), outline.first.1.into()));
         // In the order of their closing, because an inner outline must be known before the one around it.
         let (first, last) = self.closed;
         match self.get_mut(last) {

@@ -1,27 +1,31 @@
 //! The last rows of the frame.
 
+use super::kernel::{Line, WORDS};
+use super::strips::STRIP;
+
 /// Rows in a block, the unit in which thresholds change.
 pub(crate) const BLOCK_ROWS: usize = 4;
 /// Blocks kept: the one in work and its neighbours above and below.
 pub(crate) const KEPT_BLOCKS: usize = 3;
-const KEPT_ROWS: usize = BLOCK_ROWS * KEPT_BLOCKS;
+pub(crate) const KEPT_ROWS: usize = BLOCK_ROWS * KEPT_BLOCKS;
 
-/// Ring of the last 12 rows, each padded to a multiple of 8 px with its last pixel.
+/// Ring of the last 12 rows, each padded to whole strips with its last pixel.
 #[derive(Debug)]
 pub(crate) struct Rows<'s> {
-    data: &'s mut [u8],
+    /// Words, so that whole ones can be taken in and compared.
+    data: &'s mut [u32],
     width: u16,
     height: u16,
     pushed: u16,
 }
 
 impl<'s> Rows<'s> {
-    pub fn new(data: &'s mut [u8]) -> Self {
+    pub fn new(data: &'s mut [u32]) -> Self {
         Self { data, width: 0, height: 0, pushed: 0 }
     }
 
     pub fn capacity(&self) -> usize {
-        self.data.len() / KEPT_ROWS
+        self.data.len() / KEPT_ROWS * size_of::<u32>()
     }
 
     pub fn begin(&mut self, width: u16, height: u16) {
@@ -48,29 +52,54 @@ impl<'s> Rows<'s> {
 
     pub fn push(&mut self, row: &[u8]) {
         let slot = self.slot(self.pushed);
-        let kept = self.data.get_mut(slot).and_then(|kept| kept.split_at_mut_checked(row.len()));
-        if let Some((kept, padding)) = kept {
+        self.pushed += 1;
+        let Some(kept) = self.data.get_mut(slot) else { return };
+        // A row that begins at a word is copied by words.
+        if let Ok(words) = bytemuck::try_cast_slice::<u8, Line>(row) {
+            copy(kept.as_chunks_mut().0, words);
+        } else if let Some((kept, padding)) = bytemuck::cast_slice_mut(kept).split_at_mut_checked(row.len()) {
             kept.copy_from_slice(row);
             padding.fill(row.last().copied().unwrap_or(0));
         }
-        self.pushed += 1;
     }
 
     /// Row `y`, padded; it must be one of the last 12. Rows beyond the frame repeat the nearest one.
     pub fn row(&self, y: u16) -> &[u8] {
+        bytemuck::cast_slice(self.words(y))
+    }
+
+    /// The same, strip by strip.
+    pub fn lines(&self, y: u16) -> &[Line] {
+        self.words(y).as_chunks().0
+    }
+
+    fn words(&self, y: u16) -> &[u32] {
         let slot = self.slot(y.min(self.pushed.saturating_sub(1)));
         self.data.get(slot).unwrap_or(&[])
     }
 
-    /// Row `y` if it is in the frame and among the last 12.
-    pub fn kept(&self, y: u16) -> Option<&[u8]> {
-        let age = self.pushed.checked_sub(y).filter(|&age| age > 0)?;
-        (usize::from(age) <= KEPT_ROWS).then(|| self.row(y))
+    /// As many rows from row `y` on, which must be one of the last 12 or above the frame, as are kept; those outside the
+    /// frame repeat the nearest.
+    pub fn from_row(&self, y: i32) -> [&[u8]; KEPT_ROWS] {
+        let last = i32::from(self.pushed.saturating_sub(1));
+        core::array::from_fn(|i| self.row((y + i as i32).clamp(0, last) as u16))
     }
 
     fn slot(&self, y: u16) -> core::ops::Range<usize> {
-        let stride = usize::from(self.width).next_multiple_of(8);
+        let stride = usize::from(self.width).div_ceil(STRIP) * WORDS;
         let first = usize::from(y) % KEPT_ROWS * stride;
         first..first + stride
+    }
+}
+
+/// Copies lines by twos, each of which the compiler copies in place; a loop over single ones it would replace by a routine
+/// that is slow on small processors.
+fn copy(to: &mut [Line], from: &[Line]) {
+    let ((to, last), (from, odd)) = (to.as_chunks_mut(), from.as_chunks());
+    for ([a, b], [c, d]) in to.iter_mut().zip(from) {
+        (*a, *b) = (*c, *d);
+    }
+    if let ([a], [c]) = (last, odd) {
+        *a = *c;
     }
 }

@@ -2,7 +2,7 @@
 
 extern crate std;
 
-use super::{BLOCK_ROWS, Crossing, KEPT_BLOCKS, Outline, Scanner, Transition};
+use super::{Crossing, KEPT_BLOCKS, Outline, Scanner, Transition};
 use crate::storage::Buffers;
 use std::collections::{BTreeMap, BTreeSet};
 use std::vec;
@@ -11,14 +11,14 @@ use std::vec::Vec;
 /// What both sides say of an outline: dark inside?, left, right, top, bottom, then area and moments of the filled shape.
 type Account = (bool, [u16; 4], [i64; 6]);
 
-/// A picture of black and white blocks of 4 x 4 px, so that the local threshold cannot but separate them.
+/// A picture of black and white blocks of 8 x 8 px, so that the local threshold cannot but separate them.
 struct Blocks {
     width: usize,
     height: usize,
     dark: Vec<bool>,
 }
 
-const BLOCK: usize = 4;
+const BLOCK: usize = 8;
 
 impl Blocks {
     fn random(width: usize, height: usize, share: u32, seed: &mut u32) -> Self {
@@ -125,8 +125,8 @@ fn account(dark: bool, blocks: &BTreeSet<(i32, i32)>) -> Account {
 
 /// Buffers for any frame of these tests.
 struct Memory {
-    rows: Vec<u8>,
-    cells: Vec<u8>,
+    rows: Vec<u32>,
+    strips: Vec<u32>,
     previous: Vec<Transition>,
     current: Vec<Transition>,
     outlines: Vec<Outline>,
@@ -136,8 +136,8 @@ struct Memory {
 impl Memory {
     fn new(width: usize) -> Self {
         Self {
-            rows: vec![0; width * BLOCK_ROWS * KEPT_BLOCKS],
-            cells: vec![0; 2 * width],
+            rows: vec![0; width * KEPT_BLOCKS],
+            strips: vec![0; width],
             previous: vec![Transition::ZERO; width + 2],
             current: vec![Transition::ZERO; width + 2],
             outlines: vec![Outline::ZERO; 4000],
@@ -148,7 +148,7 @@ impl Memory {
     fn scanner(&mut self) -> Scanner<'_> {
         Scanner::new(Buffers {
             rows: &mut self.rows,
-            cells: &mut self.cells,
+            strips: &mut self.strips,
             previous: &mut self.previous,
             current: &mut self.current,
             outlines: &mut self.outlines,
@@ -189,7 +189,7 @@ fn outlines_are_those_of_a_flood_fill() {
         for share in [10, 35, 50, 65, 90] {
             let blocks = Blocks::random(width, height, share, &mut seed);
             let picture = blocks.pixels();
-            let mut memory = Memory::new(picture.0.next_multiple_of(8));
+            let mut memory = Memory::new(picture.0.next_multiple_of(32));
             let mut scanner = memory.scanner();
             let expected = blocks.accounts();
             for (dark, ..) in &expected {

@@ -2,36 +2,86 @@
 
 use std::env;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::path::PathBuf;
+use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow, ensure};
 
 use crate::Root;
 use crate::image::{Forbidden, Image};
-use crate::setup::ensure_qemu;
-use crate::steps::{self, Tally, output_of};
-use crate::toolchain::{TARGET, Toolchain};
+use crate::package::{NOWHERE, Package};
+use crate::setup::Emulator;
+use crate::steps::Tally;
+use crate::toolchain::Target;
 
-/// Tells the desktop side where the image is.
-const ELF: &str = "CONCENTRIC_MPS2_ELF";
-const PACKAGE: &str = "concentric-mps2";
-/// The function that the panic handler calls and that does not exist.
-const NOWHERE: &str = "a_panic_is_reachable";
+/// A board that QEMU emulates, and its firmware.
+#[derive(Clone, Copy, Debug)]
+struct Board {
+    name: &'static str,
+    package: Package,
+    emulator: Emulator,
+    /// Tells the desktop side where the image is.
+    elf: &'static str,
+}
+
+const AN386: Board = Board {
+    name: "mps2-an386",
+    package: Package {
+        name: "concentric-mps2",
+        folder: "examples/mps2",
+        target: Target::Armv7Em,
+        cpu: None,
+        features: &[],
+    },
+    emulator: Emulator::Arm,
+    elf: "CONCENTRIC_MPS2_AN386_ELF",
+};
+const AN500: Board = Board {
+    name: "mps2-an500",
+    package: Package { features: &["an500"], ..AN386.package },
+    elf: "CONCENTRIC_MPS2_AN500_ELF",
+    ..AN386
+};
+const VIRT: Board = Board {
+    name: "riscv-virt",
+    package: Package {
+        name: "concentric-riscv-softcore",
+        folder: "examples/riscv-softcore",
+        target: Target::Rv32Imc,
+        cpu: None,
+        features: &[],
+    },
+    emulator: Emulator::Riscv32,
+    elf: "CONCENTRIC_RISCV_VIRT_ELF",
+};
+const BOARDS: [Board; 3] = [AN386, AN500, VIRT];
+
 /// The firmware's `Storage`.
 const STORAGE: &str = "STORAGE";
 
-/// Builds the firmware and checks its image.
+/// Builds the firmware and checks its images.
 pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
-    let toolchain = Toolchain::find()?;
-    if toolchain.has_clippy() {
-        tally.run(cargo(root, toolchain, "clippy")?.args(["--quiet", "--", "-D", "warnings"]));
-    } else {
-        println!("clippy was not run on the firmware: {toolchain}");
+    for board in BOARDS {
+        println!("{}:", board.name);
+        check(root, board, tally)?;
     }
-    let image = Image::read(&build(root, toolchain)?)?;
+    Ok(())
+}
+
+fn check(root: &Root, board: Board, tally: &mut Tally) -> Result<()> {
+    if let Some(mut clippy) = board.package.clippy(root)? {
+        tally.run(&mut clippy);
+    }
+    let image = Image::read(&board.build(root)?)?;
     println!("flash {} bytes, RAM {} bytes", image.flash(), image.ram());
     tally.check(check_storage(&image));
+    check_symbols(&image, tally);
+    tally.check(board.check_that_a_panic_is_noticed(root));
+    Ok(())
+}
+
+/// Checks that an image has no panics, no heap and no 64-bit floats.
+pub fn check_symbols(image: &Image, tally: &mut Tally) {
     for kind in Forbidden::ALL {
         let found = image.find(kind);
         println!("{kind} symbols: {}", found.len());
@@ -39,16 +89,25 @@ pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
             if found.is_empty() { Ok(()) } else { Err(anyhow!("{kind}:\n  {}", found.join("\n  "))) };
         tally.check(verdict);
     }
-    tally.check(check_that_a_panic_is_noticed(root, toolchain));
-    Ok(())
 }
 
 /// Runs the firmware in QEMU: the same frames must give the same bytes as on the desktop.
 pub fn qemu_step(root: &Root, tally: &mut Tally) -> Result<()> {
-    ensure_qemu()?;
-    let elf = build(root, Toolchain::find()?)?;
-    let test = ["test", "--release", "--package", "concentric-host", "--test", "mps2", "--", "--ignored"];
-    tally.run_tests(root.cargo(&test).env(ELF, elf))
+    let mut test = root.cargo(&[
+        "test",
+        "--release",
+        "--package",
+        "concentric-host",
+        "--test",
+        "heads",
+        "--",
+        "--ignored",
+    ]);
+    for board in BOARDS {
+        board.emulator.ensure()?;
+        test.env(board.elf, board.build(root)?);
+    }
+    tally.run_tests(&mut test)
 }
 
 /// Runs the firmware for a user who reads its serial port.
@@ -59,63 +118,41 @@ pub fn play(root: &Root, arguments: &[String]) -> Result<ExitCode> {
     // The user's files are named from where the user is.
     play.current_dir(env::current_dir()?);
     if !arguments.iter().any(|argument| ["-h", "--help"].contains(&argument.as_str())) {
-        ensure_qemu()?;
-        play.env(ELF, build(root, Toolchain::find()?)?);
+        AN386.emulator.ensure()?;
+        play.env(AN386.elf, AN386.build(root)?);
     }
     let status = play.status().context("cannot run cargo")?;
     Ok(ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1)))
 }
 
-/// Builds the image.
-fn build(root: &Root, toolchain: Toolchain) -> Result<PathBuf> {
-    let elf = root.target.join("firmware").join(TARGET).join("release").join(PACKAGE);
-    let built = steps::run(cargo(root, toolchain, "build")?.arg("--quiet"));
-    built.map_err(|error| match find_panics(root, toolchain, &elf) {
-        Some(places) => anyhow!("{error:#}; a panic is reachable:\n  {}", places.join("\n  ")),
-        None => error,
-    })?;
-    ensure!(elf.is_file(), "the build left no {}", elf.display());
-    Ok(elf)
-}
+impl Board {
+    /// Builds the image.
+    fn build(&self, root: &Root) -> Result<PathBuf> {
+        let elf = self.package.build(root)?;
+        // Under a name of its own: boards of one package differ in features only.
+        let image = root.target.join("firmware").join(self.name).with_extension("elf");
+        fs::copy(&elf, &image).with_context(|| format!("cannot copy {}", elf.display()))?;
+        Ok(image)
+    }
 
-/// Where the panics are that keep the firmware from linking: links it with something in place of the missing function.
-fn find_panics(root: &Root, toolchain: Toolchain, elf: &Path) -> Option<Vec<String>> {
-    let mut command = cargo(root, toolchain, "rustc").ok()?;
-    command.args(["--quiet", "--", "-C", &format!("link-arg=--defsym={NOWHERE}=0")]);
-    output_of(&mut command)?;
-    let mut places = Image::read(elf).ok()?.find(Forbidden::Panic);
-    // Kept for a closer look, where nobody runs it by mistake.
-    let aside = elf.with_extension("with-panics");
-    fs::rename(elf, &aside).ok()?;
-    places.push(format!("lines of the source: llvm-addr2line -fie {} ADDRESS", aside.display()));
-    Some(places)
-}
-
-/// `cargo SUBCOMMAND` in the firmware's package, for its target, optimised.
-fn cargo(root: &Root, toolchain: Toolchain, subcommand: &str) -> Result<Command> {
-    let mut command = toolchain.cargo(subcommand)?;
-    command.current_dir(root.folder.join("examples/mps2")).args(["--release", "--target-dir"]);
-    command.arg(root.target.join("firmware"));
-    Ok(command)
+    /// Builds the firmware with a panic in it, which must not link.
+    fn check_that_a_panic_is_noticed(&self, root: &Root) -> Result<()> {
+        let output =
+            self.package.cargo(root, "build")?.args(["--quiet", "--features", "reachable-panic"]).output()?;
+        let message = String::from_utf8_lossy(&output.stderr);
+        ensure!(!output.status.success(), "the firmware with a reachable panic links");
+        ensure!(
+            message.contains(NOWHERE),
+            "the firmware with a reachable panic fails for another reason:\n{message}"
+        );
+        println!("a reachable panic keeps the firmware from linking");
+        Ok(())
+    }
 }
 
 fn check_storage(image: &Image) -> Result<()> {
     let storage = image.variable(STORAGE).with_context(|| format!("no variable {STORAGE} in the image"))?;
     println!("{STORAGE}: {} bytes in {}", storage.size, storage.section);
     ensure!(storage.section == ".bss", "{STORAGE} is in {}: its start value takes flash", storage.section);
-    Ok(())
-}
-
-/// Builds the firmware with a panic in it, which must not link.
-fn check_that_a_panic_is_noticed(root: &Root, toolchain: Toolchain) -> Result<()> {
-    let mut command = cargo(root, toolchain, "build")?;
-    let output = command.args(["--quiet", "--features", "reachable-panic"]).output()?;
-    let message = String::from_utf8_lossy(&output.stderr);
-    ensure!(!output.status.success(), "the firmware with a reachable panic links");
-    ensure!(
-        message.contains(NOWHERE),
-        "the firmware with a reachable panic fails for another reason:\n{message}"
-    );
-    println!("a reachable panic keeps the firmware from linking");
     Ok(())
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use elf::ElfBytes;
-use elf::abi::{SHF_ALLOC, SHF_EXECINSTR, SHT_NOBITS, SHT_REL, STT_FUNC};
+use elf::abi::{SHF_ALLOC, SHF_EXECINSTR, SHT_NOBITS, SHT_REL, SHT_RELA, STT_FUNC};
 use elf::endian::AnyEndian;
 use rustc_demangle::demangle;
 
@@ -65,7 +65,8 @@ impl fmt::Display for Forbidden {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Symbol {
     name: String,
-    start: u64,
+    /// Address.
+    pub start: u64,
     is_function: bool,
     /// Name of the section that it is in.
     pub section: String,
@@ -75,7 +76,7 @@ pub struct Symbol {
 
 impl Symbol {
     /// The name as it is in the source, with its modules.
-    fn readable(&self) -> String {
+    pub fn readable(&self) -> String {
         format!("{:#}", demangle(&self.name))
     }
 }
@@ -94,8 +95,11 @@ struct Reference {
 }
 
 /// A firmware image.
+#[derive(Default)]
 pub struct Image {
     sections: Vec<Section>,
+    /// Address and bytes of what is loaded.
+    contents: Vec<(u64, Vec<u8>)>,
     symbols: Vec<Symbol>,
     references: Vec<Reference>,
 }
@@ -116,16 +120,23 @@ impl Image {
         let (headers, names) = (headers.context("no sections")?, names.context("no names of sections")?);
         let mut sections = Vec::new();
         let mut references = Vec::new();
+        let mut contents = Vec::new();
         for header in headers.iter() {
             let name = names.get(header.sh_name as usize)?.to_owned();
             let occupies = header.sh_flags & u64::from(SHF_ALLOC) != 0;
             let loaded = occupies && header.sh_type != SHT_NOBITS;
             let in_ram = occupies && [".data", ".bss", ".uninit"].contains(&name.as_str());
+            if loaded {
+                contents.push((header.sh_addr, file.section_data(&header)?.0.to_vec()));
+            }
             sections.push(Section { name, size: header.sh_size, loaded, in_ram });
-            if header.sh_type == SHT_REL
-                && headers.get(header.sh_info as usize)?.sh_flags & u64::from(SHF_EXECINSTR) != 0
-            {
+            let is_of_code = matches!(header.sh_type, SHT_REL | SHT_RELA)
+                && headers.get(header.sh_info as usize)?.sh_flags & u64::from(SHF_EXECINSTR) != 0;
+            if is_of_code && header.sh_type == SHT_REL {
                 let found = file.section_data_as_rels(&header)?;
+                references.extend(found.map(|r| Reference { place: r.r_offset, symbol: r.r_sym as usize }));
+            } else if is_of_code {
+                let found = file.section_data_as_relas(&header)?;
                 references.extend(found.map(|r| Reference { place: r.r_offset, symbol: r.r_sym as usize }));
             }
         }
@@ -144,7 +155,7 @@ impl Image {
                 size: symbol.st_size,
             });
         }
-        Ok(Self { sections, symbols, references })
+        Ok(Self { sections, contents, symbols, references })
     }
 
     /// Bytes of flash: code, constants, and what variables start with.
@@ -163,14 +174,35 @@ impl Image {
         let mut found: Vec<String> = self.symbols.iter().filter(forbidden).map(Symbol::readable).collect();
         for reference in &self.references {
             let Some(callee) = self.symbols.get(reference.symbol).filter(forbidden) else { continue };
-            let around =
-                |s: &&Symbol| s.is_function && (s.start..s.start + s.size).contains(&reference.place);
-            if let Some(caller) = self.symbols.iter().find(around).filter(|caller| !forbidden(caller)) {
+            if let Some(caller) = self.function_at(reference.place).filter(|caller| !forbidden(caller)) {
                 let (caller, callee) = (caller.readable(), callee.readable());
                 found.push(format!("{caller} needs {callee} at {:#x}", reference.place));
             }
         }
         found
+    }
+
+    /// The function at this address.
+    pub fn function_at(&self, place: u64) -> Option<&Symbol> {
+        self.symbols.iter().find(|s| s.is_function && (s.start..s.start + s.size.max(1)).contains(&place))
+    }
+
+    /// Every function.
+    pub fn functions(&self) -> impl Iterator<Item = &Symbol> {
+        self.symbols.iter().filter(|symbol| symbol.is_function)
+    }
+
+    /// The function of this name, whatever module it is in.
+    pub fn function(&self, name: &str) -> Option<&Symbol> {
+        self.symbols.iter().find(|s| s.is_function && s.readable().rsplit("::").next() == Some(name))
+    }
+
+    /// The word at an address.
+    pub fn word(&self, place: u64) -> Option<u32> {
+        self.contents.iter().find_map(|(start, bytes)| {
+            let offset = usize::try_from(place.checked_sub(*start)?).ok()?;
+            Some(u32::from_le_bytes(*bytes.get(offset..)?.first_chunk()?))
+        })
     }
 
     /// The variable of this name, whatever module it is in.

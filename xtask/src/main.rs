@@ -1,9 +1,12 @@
 //! `cargo xtask`: builds, checks and runs concentric for every target.
 
+mod bench;
 mod checks;
 mod firmware;
 mod image;
+mod package;
 mod setup;
+mod stack;
 mod steps;
 mod toolchain;
 mod wrapper;
@@ -21,7 +24,7 @@ Builds, checks and runs concentric for every target.
 
 Usage: cargo xtask COMMAND
 
-  test      everything below up to qemu; ends with the sum of passed and failed checks
+  test      everything below up to bench; ends with the sum of passed and failed checks
   setup     install what the other commands need, or say what to install
   fmt       is the code formatted?
   lint      clippy, warnings are errors
@@ -29,10 +32,11 @@ Usage: cargo xtask COMMAND
   host      tests of the library and of the desktop program
   firmware  build the firmware, print its sizes, look for panics, heap and f64 arithmetic in it
   qemu      run the firmware in QEMU: its reports must equal the desktop's byte for byte
+  bench     count instructions and bytes on five processors, see `cargo xtask bench --help`
   mps2      run the firmware by hand, see `cargo xtask mps2 --help`
 
 Environment:
-  CONCENTRIC_TOOLCHAIN  compiler of the firmware: `target` (a compiler that has the target, as with
+  CONCENTRIC_TOOLCHAIN  compiler of firmware: `target` (a compiler that has the target, as with
                         `rustup target add`) or `distribution` (the distribution's compiler and source);
                         unset: the first that is there
   CONCENTRIC_PHOTOS     folder of the photographs for the host tests; they are skipped without it
@@ -42,7 +46,7 @@ Environment:
 type Step = fn(&Root, &mut Tally) -> Result<()>;
 
 /// Steps of `test`, in order.
-const STEPS: [(&str, Step); 7] = [
+const STEPS: [(&str, Step); 8] = [
     ("setup", setup::step),
     ("fmt", checks::fmt),
     ("lint", checks::lint),
@@ -50,6 +54,7 @@ const STEPS: [(&str, Step); 7] = [
     ("host", checks::host),
     ("firmware", firmware::step),
     ("qemu", firmware::qemu_step),
+    ("bench", bench::step),
 ];
 
 /// Where things are.
@@ -101,6 +106,7 @@ fn run(arguments: &[String]) -> Result<ExitCode> {
             return Ok(ExitCode::SUCCESS);
         }
         "mps2" => return firmware::play(&root, rest),
+        "bench" => return bench::command(&root, rest),
         _ => {}
     }
     if let Some(unknown) = rest.first() {

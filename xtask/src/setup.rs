@@ -5,34 +5,65 @@ use std::process::Command;
 use anyhow::{Result, bail};
 
 use crate::Root;
+use crate::stack;
 use crate::steps::{self, Tally, output_of};
-use crate::toolchain::Toolchain;
+use crate::toolchain::{Target, Toolchain};
 
-/// The emulator.
-const QEMU: &str = "qemu-system-arm";
+/// An emulator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Emulator {
+    /// Of 32-bit Arm boards.
+    Arm,
+    /// Of 32-bit RISC-V boards.
+    Riscv32,
+}
+
+impl Emulator {
+    /// Its program.
+    pub fn program(self) -> &'static str {
+        match self {
+            Self::Arm => "qemu-system-arm",
+            Self::Riscv32 => "qemu-system-riscv32",
+        }
+    }
+
+    /// The package that it is in, by its name in Debian.
+    fn package(self) -> &'static str {
+        match self {
+            Self::Arm => "qemu-system-arm",
+            Self::Riscv32 => "qemu-system-misc",
+        }
+    }
+
+    /// Sees to it that it is there.
+    ///
+    /// # Errors
+    /// It is not and cannot be installed.
+    pub fn ensure(self) -> Result<()> {
+        let (program, package) = (self.program(), self.package());
+        let version = || output_of(Command::new(program).arg("--version"));
+        if version().is_none() && !install_packages(&[package]) {
+            bail!("no {program}: install it, on Debian or Ubuntu with `apt-get install {package}`");
+        }
+        if let Some(version) = version() {
+            println!("{program}: {}", version.lines().next().unwrap_or_default());
+        }
+        Ok(())
+    }
+}
 
 /// Everything that any step needs.
 pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
     for component in ["rustfmt", "clippy"] {
         tally.check(ensure_component(root, component));
     }
-    tally.check(Toolchain::set_up().map(|toolchain| println!("compiler of the firmware: {toolchain}")));
-    tally.check(ensure_qemu());
-    Ok(())
-}
-
-/// QEMU for Arm.
-///
-/// # Errors
-/// It is not there and cannot be installed.
-pub fn ensure_qemu() -> Result<()> {
-    let version = || output_of(Command::new(QEMU).arg("--version"));
-    if version().is_none() && !install_packages(&[QEMU]) {
-        bail!("no {QEMU}: install it, on Debian or Ubuntu with `apt-get install {QEMU}`");
+    for target in Target::ALL {
+        tally.check(Toolchain::set_up(target).map(|toolchain| println!("compiler of firmware: {toolchain}")));
     }
-    if let Some(version) = version() {
-        println!("emulator: {}", version.lines().next().unwrap_or_default());
+    for emulator in [Emulator::Arm, Emulator::Riscv32] {
+        tally.check(emulator.ensure());
     }
+    tally.check(stack::ensure_disassembler());
     Ok(())
 }
 

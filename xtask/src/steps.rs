@@ -25,6 +25,11 @@ impl Tally {
         }
     }
 
+    /// Whether nothing failed.
+    pub fn is_good(self) -> bool {
+        self.failed == 0
+    }
+
     /// Runs a command that counts as one check.
     pub fn run(&mut self, command: &mut Command) {
         self.check(run(command));

@@ -1,4 +1,4 @@
-//! Camera head on the QEMU machine mps2-an386.
+//! Camera head on the QEMU machines mps2-an386 (Cortex-M4F) and mps2-an500 (Cortex-M7).
 //!
 //! The camera leaves a frame in the mailbox; the head pushes its rows into the detector and sends one report over
 //! UART0. See `README.md` beside this package.
@@ -7,25 +7,18 @@
 #![no_main]
 
 mod hardware;
-mod head;
-mod mailbox;
-mod protocol;
 mod uart;
 
-use core::fmt::Write as _;
-
+use concentric_mailbox_head::protocol::HeadStorage;
+use concentric_mailbox_head::{Board, Buffers, Words, run};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::{entry, exception};
 use cortex_m_semihosting::hio::{self, HostStream};
 
-use hardware::Words;
-use head::{Buffers, Head};
-use mailbox::Mailbox;
-use protocol::{Answer, Frame, HeadStorage, Order, Outcome};
 use uart::Uart;
 
-/// Clock of the processor on this board, Hz.
+/// Clock of the processor on these boards, Hz.
 const CLOCK: u32 = 25_000_000;
 
 #[entry]
@@ -36,36 +29,28 @@ fn main() -> ! {
     if let Some(peripherals) = cortex_m::Peripherals::take() {
         start_tick(peripherals.SYST);
     }
-    let mut log = hio::hstderr().ok();
-    let mut head = Head::new(Uart::new(Words::uart0()), STORAGE, BUFFERS);
-    let mut mailbox = Mailbox::open(Words::mailbox());
-    loop {
-        let Some((number, order)) = mailbox.next() else {
-            cortex_m::asm::wfi();
-            continue;
-        };
-        let answer = match order {
-            Some(Order::Measure(frame)) => {
-                let answer = head.measure(number, &frame, &mailbox);
-                note(&mut log, number, &frame, &answer);
-                answer
-            }
-            Some(Order::Exit(status)) => hardware::exit(status),
-            None => Answer::refused(Outcome::UnknownOrder),
-        };
-        mailbox.answer(number, answer);
-    }
+    let board = Mps2 { log: hio::hstderr().ok() };
+    run(board, Uart::new(hardware::uart0()), Words::mailbox(), (STORAGE, BUFFERS))
 }
 
-/// Logs what became of a frame.
-fn note(log: &mut Option<HostStream>, number: u32, frame: &Frame, answer: &Answer) {
-    let Some(log) = log else { return };
-    let (Frame { width, height, .. }, Answer { outcome, targets, .. }) = (frame, answer);
-    // A head without a debugger has nobody to tell that its log is lost.
-    let _ = match outcome {
-        Outcome::Done => writeln!(log, "frame {number}: {width}x{height}, {targets} targets"),
-        refusal => writeln!(log, "frame {number}: {width}x{height}, refused: {}", refusal.reason()),
-    };
+struct Mps2 {
+    log: Option<HostStream>,
+}
+
+impl Board for Mps2 {
+    type Log = HostStream;
+
+    fn log(&mut self) -> Option<&mut HostStream> {
+        self.log.as_mut()
+    }
+
+    fn wait(&mut self) {
+        cortex_m::asm::wfi();
+    }
+
+    fn exit(&mut self, status: u32) -> ! {
+        hardware::exit(status)
+    }
 }
 
 /// Wakes the processor every millisecond, so that it can sleep between two looks into the mailbox.

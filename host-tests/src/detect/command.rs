@@ -6,13 +6,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::{Args as ClapArgs, ValueEnum};
-use concentric::{Compensation, Image, Settings, Target, TargetSpec, coplanar::pool, refine::polish};
+use concentric::{Code, Compensation, Image, Settings, Target, TargetSpec, coplanar::pool, refine::polish};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Outcome, camera, csv, json, listing, run};
-use crate::{overlay::Overlay, picture::Picture};
+use crate::{layout::CodeName, overlay::Overlay, picture::Picture};
 
 /// Find targets in images and print their true centres.
 ///
@@ -41,6 +41,16 @@ pub struct Args {
     /// Look for light circles on a dark ground
     #[arg(long)]
     light: bool,
+
+    /// Read the code of targets with a ring of segments around them
+    ///
+    /// A target without one is found all the same, without an id
+    #[arg(long, value_enum, value_name = "CODE")]
+    code: Option<CodeName>,
+
+    /// The ids that occur, the strongest guard against wrong ones [default: all of the code]
+    #[arg(long, value_name = "ID,ID..", value_delimiter = ',', requires = "code")]
+    ids: Vec<u16>,
 
     /// How the true centre is made from the ellipses [default: exact, or known with --camera]
     #[arg(long, value_enum)]
@@ -108,7 +118,11 @@ impl From<Mode> for Compensation {
     }
 }
 
-fn parse_spec(text: &str) -> Result<TargetSpec> {
+/// `any`, or ratios.
+///
+/// # Errors
+/// What is no number, or no ratio that a target can have.
+pub fn parse_spec(text: &str) -> Result<TargetSpec> {
     if text == "any" {
         return Ok(TargetSpec::any());
     }
@@ -142,7 +156,8 @@ pub fn parse_png_path(text: &str) -> Result<PathBuf> {
 pub fn execute(args: &Args, out: &mut dyn Write) -> Result<bool> {
     let spec = if args.light { args.ratio.light() } else { args.ratio };
     let usual = if args.camera.is_some() { Mode::Known } else { Mode::Exact };
-    let settings = Settings::new(spec).compensation(args.compensation.unwrap_or(usual).into());
+    let mut settings = Settings::new(spec).compensation(args.compensation.unwrap_or(usual).into());
+    settings.code = code(args)?;
     ensure!(
         args.camera.is_some() || settings.compensation != Compensation::Known,
         "--compensation known needs --camera"
@@ -178,6 +193,18 @@ pub fn execute(args: &Args, out: &mut dyn Write) -> Result<bool> {
     Ok(all_well)
 }
 
+fn code(args: &Args) -> Result<Option<Code>> {
+    let Some(name) = args.code else { return Ok(None) };
+    let code = name.code();
+    if args.ids.is_empty() {
+        return Ok(Some(code));
+    }
+    if let Some(id) = args.ids.iter().find(|&&id| name == CodeName::Five && !code.has(id)) {
+        bail!("--ids: {id} is none of the code five: 32, 123, 336, 366, 515");
+    }
+    Ok(Some(code.only(&args.ids).context("--ids")?))
+}
+
 fn one(
     image: &Path,
     mut settings: Settings,
@@ -211,13 +238,14 @@ fn one(
 }
 
 /// Returns how many targets could not be refined.
-fn refine(picture: &Picture, settings: &Settings, targets: &mut [Target]) -> Result<usize> {
+pub(crate) fn refine(picture: &Picture, settings: &Settings, targets: &mut [Target]) -> Result<usize> {
     let size = (u16::try_from(picture.width)?, u16::try_from(picture.height)?);
     let image = Image::new(&picture.pixels, size.0, size.1)?;
     Ok(targets.iter_mut().filter_map(|target| (!polish(&image, settings, target)).then_some(())).count())
 }
 
-fn progress(images: usize) -> ProgressBar {
+/// A bar over images, for two or more of them.
+pub(crate) fn progress(images: usize) -> ProgressBar {
     if images < 2 {
         return ProgressBar::hidden();
     }
@@ -301,6 +329,8 @@ mod tests {
             json: false,
             csv: false,
             overlay: Some("out/o.png".into()),
+            code: None,
+            ids: Vec::new(),
         };
         overlay_paths(&args).unwrap().into_iter().flatten().map(|path| path.display().to_string()).collect()
     }

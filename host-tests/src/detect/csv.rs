@@ -8,9 +8,10 @@ use crate::{measure::px, picture::Picture};
 
 /// The columns. Lengths in px, `xx`, `xy`, `yy` the covariance of (x, y) in px^2, theta in radians, gap in degrees,
 /// contrast and noise in grey levels; `a`, `b`, `theta`, `rms` belong to the outer circle, `outer_x`, `outer_y` to the
-/// centre of its ellipse, `measured_ratio` to the innermost circle, `residual` and `gap` to all of them.
+/// centre of its ellipse, `measured_ratio` to the innermost circle, `residual` and `gap` to all of them. `id` is empty where no
+/// code was read.
 pub const HEADER: &str = "image,number,x,y,xx,xy,yy,eq7_x,eq7_y,outer_x,outer_y,a,b,theta,rms,circles,measured_ratio,\
-                          eccentricity,model_difference,contrast,noise,blur,residual,gap,flags\n";
+                          eccentricity,model_difference,contrast,noise,blur,residual,gap,flags,id\n";
 
 /// The lines for `picture`; none where there is no target.
 ///
@@ -42,6 +43,7 @@ fn record(image: &str, number: usize, target: &Target) -> Vec<String> {
     record.extend([target.model_difference(), target.contrast, target.noise].map(|value| value.to_string()));
     record.extend([target.blur, target.residual(), target.gap()].map(|value| value.to_string()));
     record.push(target.flags.names().collect::<Vec<_>>().join(" "));
+    record.push(target.code.map_or_else(String::new, |code| code.id.to_string()));
     record
 }
 

@@ -1,7 +1,7 @@
 //! One JSON object per image and line.
 
 use anyhow::Result;
-use concentric::{Circle, Dropped, Rejects, Target};
+use concentric::{Circle, Dropped, Reading, Rejects, Target};
 use serde::{Serialize, Serializer};
 
 use super::Outcome;
@@ -27,6 +27,10 @@ struct TargetEntry {
     cov: [f32; 3],
     eq7: Place,
     #[serde(skip_serializing_if = "Option::is_none")]
+    id: Option<u16>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    code: Option<CodeEntry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     normal: Option<[f32; 3]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     coplanar: Option<bool>,
@@ -39,6 +43,13 @@ struct TargetEntry {
     residual: f32,
     gap: f32,
     flags: Vec<&'static str>,
+}
+
+#[derive(Serialize)]
+struct CodeEntry {
+    angle: f32,
+    wrong: u8,
+    margin: f32,
 }
 
 #[derive(Serialize)]
@@ -63,7 +74,8 @@ struct DroppedEntry {
 }
 
 /// The line for `picture`, its end included. Lengths in px, `cov` in px^2, `theta` in radians, `gap` in degrees,
-/// contrast and noise in grey levels, `ms` in milliseconds. `normal` (unit, towards the camera, in camera axes) is there
+/// contrast and noise in grey levels, `ms` in milliseconds. `id` and `code` (direction of the word's beginning in radians, segments repaired,
+/// how clear the others are, 0 to 1) are there where a code was read, `normal` (unit, towards the camera, in camera axes) is there
 /// with a camera, `coplanar` (on the plane of the others) where a plane was asked for.
 ///
 /// # Errors
@@ -94,6 +106,8 @@ fn entry(target: &Target, outcome: &Outcome) -> TargetEntry {
         y,
         cov: [cov.xx, cov.xy, cov.yy],
         eq7: target.eq7.into(),
+        id: target.code.map(|code| code.id),
+        code: target.code.map(|Reading { angle, wrong, margin, .. }| CodeEntry { angle, wrong, margin }),
         normal: target.normal,
         coplanar: outcome.plane.map(|plane| plane.holds(target)),
         circles: target.circles.iter().map(CircleEntry::from).collect(),

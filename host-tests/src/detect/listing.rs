@@ -35,9 +35,12 @@ pub fn text(picture: &Picture, outcome: &Outcome) -> String {
     };
     let mut text = paint(BOLD, &format!("{name}: {found}")) + &format!(" ({width} x {height} px)\n");
     if !outcome.targets.is_empty() {
-        let mut table = Table::new(&HEADER);
+        let coded = outcome.targets.iter().any(|target| target.code.is_some());
+        let header: Vec<_> = HEADER.into_iter().chain(coded.then_some("id")).collect();
+        let mut table = Table::new(&header);
         for (index, target) in outcome.targets.iter().enumerate() {
-            table.row(cells(index + 1, target));
+            let id = || target.code.map_or_else(String::new, |code| code.id.to_string());
+            table.row(cells(index + 1, target).into_iter().chain(coded.then(id)).collect());
         }
         text += &table.to_string();
     }

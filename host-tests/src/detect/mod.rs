@@ -12,7 +12,9 @@ use std::{
 };
 
 use anyhow::Result;
-use concentric::{Detector, MAX_WIDTH, Rejected, Settings, Storage, Summary, Target, coplanar::Plane};
+use concentric::{
+    Detector, Image, MAX_WIDTH, Rejected, Settings, Storage, Summary, Target, code, coplanar::Plane,
+};
 
 use crate::picture::Picture;
 
@@ -34,7 +36,7 @@ pub struct Outcome {
     pub elapsed: Duration,
 }
 
-/// Pushes `picture` through the library, row by row.
+/// Pushes `picture` through the library, row by row, and reads the codes of the targets if `settings` have one.
 ///
 /// # Errors
 /// A picture that the library refuses.
@@ -51,6 +53,11 @@ pub fn run(picture: &Picture, settings: Settings) -> Result<Outcome> {
     let mut rest = scan.finish()?;
     targets.extend(rest.by_ref());
     let summary = rest.summary();
+    let image = Image::new(&picture.pixels, width, height)?;
+    for target in &mut targets {
+        // One without a code is a target all the same.
+        let _ = code::read(&image, &settings, target);
+    }
     let elapsed = start.elapsed();
     Ok(Outcome { targets, rejected, plane: None, summary, elapsed })
 }

@@ -4,13 +4,14 @@ use std::{
     fs::{self, File},
     io::{self, Write},
     path::{Path, PathBuf},
-    sync::mpsc::RecvTimeoutError,
+    sync::mpsc::{RecvTimeoutError, Sender, channel},
     time::Duration,
 };
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::Args as ClapArgs;
 
+use super::ask::Word;
 use super::{Counts, Event, Monitor, Source, json};
 
 /// Decode a camera head's stream of reports to one JSON object per message and line.
@@ -37,6 +38,11 @@ pub struct Args {
     /// Stop after N frames
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
+
+    /// Tell the head: settings, hello, ratio=0.5 or ratio=0.75,0.5 or ratio=any, polarity=dark|light,
+    /// compensation=none|eq7|exact|auto|known, detail=terse|normal|full, format=binary|text; can be given several times
+    #[arg(long, value_name = "WHAT")]
+    command: Vec<Word>,
 
     /// Give up when nothing arrives for S seconds
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
@@ -81,6 +87,13 @@ pub fn execute(args: &Args, out: &mut dyn Write, notes: &mut dyn Write) -> Resul
     Ok(())
 }
 
+/// Where lines, notes and the tags of answers go.
+struct Output<'a> {
+    out: &'a mut dyn Write,
+    notes: &'a mut dyn Write,
+    answers: Sender<u16>,
+}
+
 /// Why the listening ended well.
 enum End {
     Stream,
@@ -90,7 +103,13 @@ enum End {
 fn listen(args: &Args, monitor: &mut Monitor, out: &mut dyn Write, notes: &mut dyn Write) -> Result<End> {
     let source = &args.source;
     let mut raw = args.raw.as_ref().map(|path| Record::create(path, source)).transpose()?;
-    let chunks = source.clone().read(args.baud);
+    ensure!(
+        args.command.is_empty() || source.has_way_back(),
+        "{source}: commands need a serial port or tcp:HOST:PORT"
+    );
+    let (answers, answered) = channel();
+    let chunks = source.clone().read(args.baud, args.command.clone(), answered);
+    let mut output = Output { out, notes, answers };
     loop {
         let chunk = match args.timeout {
             None => chunks.recv().map_err(|_| RecvTimeoutError::Disconnected),
@@ -104,7 +123,7 @@ fn listen(args: &Args, monitor: &mut Monitor, out: &mut dyn Write, notes: &mut d
                 bail!("{source}: nothing arrived for {} s", args.timeout.unwrap_or_default().as_secs_f64())
             }
         };
-        let taken = take(args, &chunk, monitor, out, notes)?;
+        let taken = take(args, &chunk, monitor, &mut output)?;
         if let Some(raw) = &mut raw {
             raw.write(&chunk[..taken])?;
         }
@@ -115,18 +134,20 @@ fn listen(args: &Args, monitor: &mut Monitor, out: &mut dyn Write, notes: &mut d
 }
 
 /// Takes bytes of `chunk` up to its end or the last frame wanted; returns how many.
-fn take(
-    args: &Args,
-    chunk: &[u8],
-    monitor: &mut Monitor,
-    out: &mut dyn Write,
-    notes: &mut dyn Write,
-) -> Result<usize> {
+fn take(args: &Args, chunk: &[u8], monitor: &mut Monitor, output: &mut Output<'_>) -> Result<usize> {
+    let Output { out, notes, answers } = output;
     for (index, &byte) in chunk.iter().enumerate() {
         match monitor.push(byte) {
             Some(Event::Line(line)) if !args.quiet => writeln!(out, "{line}")?,
+            Some(Event::Answer(tag, line)) => {
+                if !args.quiet {
+                    writeln!(out, "{line}")?;
+                }
+                // Commands that were given up wait for no answer.
+                let _ = answers.send(tag);
+            }
             Some(Event::Damaged { error, len, at }) => {
-                note(notes, args, &format!("{len} bytes at byte {at}: {error}"));
+                note(*notes, args, &format!("{len} bytes at byte {at}: {error}"));
             }
             Some(Event::Line(_)) | None => {}
         }

@@ -4,7 +4,8 @@ use std::f32::consts::PI;
 
 use concentric::Rejects;
 use concentric::report::{
-    CircleEntry, Details, FrameHead, FrameReport, FullEntry, Hello, Pixels, Shape, TargetEntry, Version,
+    Answer, CircleEntry, Details, FrameHead, FrameReport, FullEntry, HeadSettings, Hello, Pixels, RATIO_ONE,
+    Shape, TargetEntry, Version,
 };
 use serde::{Serialize, Serializer};
 
@@ -31,7 +32,21 @@ enum Line<'a> {
         rejected: &'a Rejects,
         dropped: Dropped,
     },
+    Answer {
+        tag: u16,
+        outcome: String,
+        settings: Settings,
+    },
     Summary(&'a Counts),
+}
+
+#[derive(Serialize)]
+struct Settings {
+    ratios: Vec<f32>,
+    polarity: String,
+    compensation: String,
+    detail: String,
+    format: String,
 }
 
 #[derive(Serialize)]
@@ -40,6 +55,8 @@ struct Dropped {
     outlines: u32,
     crossings: u32,
     targets: u32,
+    /// Since the head's reset.
+    reports: u32,
 }
 
 /// What the report's level of detail leaves out is left out here too.
@@ -106,13 +123,34 @@ pub(super) fn hello(hello: &Hello) -> String {
         },
         position_scale: hello.position_scale,
         max_width: hello.max_width,
-        detail: format!("{:?}", hello.detail).to_lowercase(),
+        detail: lower(hello.detail),
     })
+}
+
+/// The line of an answer.
+pub(super) fn answer(answer: &Answer) -> String {
+    let HeadSettings { ratios, polarity, compensation, detail, format } = &answer.settings;
+    print(&Line::Answer {
+        tag: answer.tag,
+        outcome: answer.outcome.to_string(),
+        settings: Settings {
+            ratios: ratios.iter().map(|&ratio| f32::from(ratio) / RATIO_ONE).collect(),
+            polarity: lower(polarity),
+            compensation: lower(compensation),
+            detail: lower(detail),
+            format: lower(format),
+        },
+    })
+}
+
+fn lower(name: impl std::fmt::Debug) -> String {
+    format!("{name:?}").to_lowercase()
 }
 
 /// The line of a frame report.
 pub(super) fn frame(report: &FrameReport<'_>) -> String {
-    let FrameHead { seq, width, height, ref rejected, dropped, dropped_targets, .. } = report.head;
+    let FrameHead { seq, width, height, ref rejected, dropped, dropped_targets, dropped_reports, .. } =
+        report.head;
     print(&Line::Frame {
         seq,
         width,
@@ -124,6 +162,7 @@ pub(super) fn frame(report: &FrameReport<'_>) -> String {
             outlines: dropped.outlines,
             crossings: dropped.crossings,
             targets: dropped_targets,
+            reports: dropped_reports,
         },
     })
 }
@@ -198,7 +237,8 @@ impl From<&FullEntry> for Quality {
     }
 }
 
-fn covariance(entry: &TargetEntry) -> Option<[f32; 3]> {
+/// Covariance (xx, xy, yy) of the centre, px^2; `None` when a standard deviation is 1 px or more.
+pub(crate) fn covariance(entry: &TargetEntry) -> Option<[f32; 3]> {
     let (x, y) = (spread(entry.sigma_x, 65536.0)?, spread(entry.sigma_y, 65536.0)?);
     Some([x * x, f32::from(entry.correlation) / 127.0 * x * y, y * y])
 }

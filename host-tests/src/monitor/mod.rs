@@ -1,7 +1,8 @@
 //! The command `monitor`: a head's stream of reports in, JSON lines out.
 
+mod ask;
 pub mod command;
-mod json;
+pub(crate) mod json;
 mod source;
 
 use concentric::report::{DecodeError, Decoder, Detail, Message, max_len};
@@ -10,7 +11,12 @@ use serde::Serialize;
 pub use source::Source;
 
 /// Longest message that is taken, bytes: a full report of a thousand targets.
-const LEN: usize = max_len(1000, Detail::Full);
+pub const LEN: usize = max_len(1000, Detail::Full);
+
+/// A decoder with room for any report.
+pub fn decoder() -> Box<Decoder<LEN>> {
+    Box::new(Decoder::new())
+}
 
 /// What a stream held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -36,6 +42,8 @@ pub struct Counts {
 pub enum Event {
     /// A message, as one line of JSON without its end.
     Line(String),
+    /// The answer to the command with this tag, as such a line.
+    Answer(u16, String),
     /// Bytes that are no message.
     Damaged {
         /// Why.
@@ -56,7 +64,7 @@ pub struct Monitor {
 
 impl Default for Monitor {
     fn default() -> Self {
-        Self { decoder: Box::new(Decoder::new()), counts: Counts::default(), last: None }
+        Self { decoder: decoder(), counts: Counts::default(), last: None }
     }
 }
 
@@ -78,6 +86,7 @@ impl Monitor {
                 self.follow(seq);
                 Event::Line(line)
             }
+            Ok(Message::Answer(answer)) => Event::Answer(answer.tag, json::answer(&answer)),
             Err(error) => {
                 self.counts.damaged += 1;
                 Event::Damaged { error, len, at }

@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{self, ErrorKind, Read},
+    io::{self, ErrorKind, Read, Write},
     net::TcpStream,
     path::PathBuf,
     str::FromStr,
@@ -12,6 +12,8 @@ use std::{
 };
 
 use anyhow::{Result, ensure};
+
+use super::ask::{self, Word};
 
 /// Where a stream comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,30 +63,61 @@ impl std::fmt::Display for Source {
 }
 
 impl Source {
+    /// Whether somebody at the other end can be told something.
+    pub(super) fn has_way_back(&self) -> bool {
+        matches!(self, Self::Tcp(_) | Self::Serial(_))
+    }
+
     /// Opens the source and reads it to its end in a thread of its own, so that waiting can be limited whatever it
-    /// is. The channel closes at the end; an error is the last thing in it.
-    pub(super) fn read(self, baud: u32) -> Receiver<io::Result<Vec<u8>>> {
+    /// is. The channel closes at the end; an error is the last thing in it. Another thread sends the commands; it takes the
+    /// tags of the answers from `answered`.
+    pub(super) fn read(
+        self,
+        baud: u32,
+        commands: Vec<Word>,
+        answered: Receiver<u16>,
+    ) -> Receiver<io::Result<Vec<u8>>> {
         let (sender, receiver) = sync_channel(16);
         thread::spawn(move || {
-            if let Err(error) = self.open(baud).and_then(|input| pass_on(input, &sender)) {
-                // Nobody listens any more: nobody wants to know.
+            let errors = sender.clone();
+            let talk = |mut output: Box<dyn Write + Send>| {
+                thread::spawn(move || {
+                    if let Err(error) = ask::send(&commands, &mut *output, &answered) {
+                        // Nobody listens any more: nobody wants to know.
+                        let _ = errors.send(Err(error));
+                    }
+                });
+            };
+            let open = self.open(baud).map(|(input, output)| {
+                output.map(talk);
+                input
+            });
+            if let Err(error) = open.and_then(|input| pass_on(input, &sender)) {
                 let _ = sender.send(Err(error));
             }
         });
         receiver
     }
 
-    fn open(self, baud: u32) -> io::Result<Box<dyn Read>> {
+    fn open(self, baud: u32) -> io::Result<Ends> {
         Ok(match self {
-            Self::Stdin => Box::new(io::stdin()),
-            Self::Tcp(address) => Box::new(TcpStream::connect(address)?),
-            Self::Serial(name) => {
-                Box::new(serialport::new(name, baud).timeout(Duration::from_secs(1)).open()?)
+            Self::Stdin => (Box::new(io::stdin()), None),
+            Self::Tcp(address) => {
+                let stream = TcpStream::connect(address)?;
+                (Box::new(stream.try_clone()?), Some(Box::new(stream)))
             }
-            Self::File(path) => Box::new(File::open(path)?),
+            Self::Serial(name) => {
+                let port = serialport::new(name, baud).timeout(Duration::from_secs(1)).open()?;
+                let output: Box<dyn Write + Send> = Box::new(port.try_clone()?);
+                (Box::new(port), Some(output))
+            }
+            Self::File(path) => (Box::new(File::open(path)?), None),
         })
     }
 }
+
+/// What is read from, and what can be written to.
+type Ends = (Box<dyn Read>, Option<Box<dyn Write + Send>>);
 
 fn pass_on(mut input: Box<dyn Read>, sender: &SyncSender<io::Result<Vec<u8>>>) -> io::Result<()> {
     let mut buffer = vec![0; 1 << 16];

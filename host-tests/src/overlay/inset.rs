@@ -24,16 +24,16 @@ const PLOT: usize = SIDE - 26;
 /// Semi-axis at which the error ellipse is drawn at least, px, or nearly so.
 const SIGMA_SIDE: f64 = 30.0;
 
-/// Draws the card of target `number`; `truth` is where its centre really is, if known.
+/// Draws the card of a target of this name; `truth` is where its centre really is, if known.
 ///
 /// # Errors
 /// No memory for it.
-pub fn card(picture: &Picture, target: &Target, number: usize, truth: Option<[f64; 2]>) -> Result<Canvas> {
+pub fn card(picture: &Picture, target: &Target, name: &str, truth: Option<[f64; 2]>) -> Result<Canvas> {
     let mut card = Canvas::new(WIDTH, HEIGHT, GROUND)?;
     let [x, y] = px(target.centre);
     let gap = GAP as f32;
     let [sigma, ..] = axes(&target.covariance);
-    card.text([gap, 4.0], &format!("{number}: C = ({x:.4}, {y:.4}) px"), INK, true);
+    card.text([gap, 4.0], &format!("{name}: C = ({x:.4}, {y:.4}) px"), INK, true);
     let shift = target.circles.first().map_or(0.0, |outer| distance(px(outer.ellipse.centre), [x, y]));
     let residual = target.residual();
     let words = format!("sigma {sigma:.4} px, B1 off by {shift:.4} px, rms of the edges {residual:.3} px");

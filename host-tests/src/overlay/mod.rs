@@ -61,7 +61,8 @@ impl Overlay<'_> {
         canvas.text([12.0, (HEAD as f32 - LINE) / 2.0 + 1.0], &self.title(), INK, true);
         canvas.paste(&photo, [0.0, HEAD as f32]);
         for (row, &index) in shown.iter().enumerate() {
-            let card = inset::card(picture, &targets[index], index + 1, truth.get(index).copied())?;
+            let target = &targets[index];
+            let card = inset::card(picture, target, &photo::name(target, index), truth.get(index).copied())?;
             canvas.paste(&card, [photo_size[0] as f32, (HEAD + row * inset::HEIGHT) as f32]);
         }
         canvas.paste(&legend, [0.0, (HEAD + body) as f32]);

@@ -99,7 +99,7 @@ impl Labels {
         for (index, target) in targets.iter().enumerate() {
             let area = bounds(target, view);
             let [x, y] = px(target.centre);
-            let number = format!("{}", index + 1);
+            let number = name(target, index);
             for text in [format!("{number}: {x:.3}, {y:.3}"), number] {
                 if let Some(place) = self.around(area, &text) {
                     self.write(canvas, place, &text, INK);
@@ -121,6 +121,12 @@ impl Labels {
             }
         }
     }
+}
+
+/// What a target is called: its number in the list, and its id where it carries one.
+pub fn name(target: &Target, index: usize) -> String {
+    let id = target.code.map_or_else(String::new, |code| format!(" id {}", code.id));
+    format!("{}{id}", index + 1)
 }
 
 fn text_area(text: &str) -> Area {

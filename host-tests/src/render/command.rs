@@ -1,6 +1,7 @@
 //! `concentric render`: a frame or a sweep of frames, with the truth beside each.
 
 use super::camera::Pose;
+use super::coded::CodeRing;
 use super::options::{CameraOptions, Over, PhotometryOptions, TargetOptions};
 use super::scene::{Frame, Scene};
 use super::target::Target;
@@ -141,6 +142,7 @@ fn scene(args: &Args, step: Step) -> Result<Scene> {
     if let Some(count) = options.many {
         scene.crowd(count as usize, &artwork, args.seed)?;
     }
+    number(&mut scene.targets)?;
     scene.validate()?;
     if options.texture > 0.0 {
         scene.texture =
@@ -152,6 +154,21 @@ fn scene(args: &Args, step: Step) -> Result<Scene> {
     scene.photometry = args.photometry.photometry(step.blur, step.noise, middle, span);
     scene.validate()?;
     Ok(scene)
+}
+
+/// Gives the targets the ids of their code in turn, from that of the first one on.
+fn number(targets: &mut [Target]) -> Result<()> {
+    let Some(first) = targets.first().and_then(|target| target.artwork.code) else { return Ok(()) };
+    let code = first.code.code();
+    let mut ids = code.ids().filter(|&id| id >= first.id);
+    let count = targets.len();
+    for target in targets {
+        let id = ids.next().with_context(|| {
+            format!("--code {}: fewer than {count} ids from --id {} on", first.code.name(), first.id)
+        })?;
+        target.artwork.code = Some(CodeRing { id, ..first });
+    }
+    Ok(())
 }
 
 fn pose(args: &Args, step: Step) -> Result<Pose> {
@@ -238,6 +255,9 @@ mod tests {
             ("--tilt 95", "must be from -89 to 89"),
             ("--radii 10,20", "must fall, outermost first"),
             ("--mark abcde", "must be plus, dot, or 1 to 4 digits"),
+            ("--code five --id 33", "--id 33 is not in the code five"),
+            ("--code five", "--id <ID>"),
+            ("--code five --id 366 --board 3x1", "fewer than 3 ids from --id 366 on"),
             ("--many 5 --tilt 3", "cannot be used with"),
             ("--many 900 --size 200x150", "900 targets do not fit in 200 x 150 px"),
             ("--board 3x3 --spacing 40", "must be above 48 mm"),

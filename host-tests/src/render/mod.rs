@@ -10,6 +10,7 @@
 //! all public fields except [`Ellipse::theta`] (radians, as the library reports it).
 
 mod camera;
+mod coded;
 pub mod command;
 mod crowd;
 mod decoy;
@@ -28,12 +29,14 @@ mod truth;
 mod visible;
 
 pub use camera::{Camera, Distortion, Ellipse, Pose, View};
+pub use coded::CodeRing;
 pub use decoy::{Decoy, DecoyKind};
 pub use occluder::{Cover, Occluder};
 pub use outline::{Outline, Piece};
 pub use photometry::{Photometry, Shading};
 pub use raster::Coverage;
 pub use scene::{Frame, Levels, Scene};
+pub use sweep::pair;
 pub use target::{Artwork, Mark, Style, Target, Tone};
 pub use texture::Texture;
 pub use truth::{CircleTruth, Place, TargetTruth, Truth};

@@ -1,10 +1,12 @@
 //! Options of the `render` command.
 
 use super::camera::{Camera, Distortion};
+use super::coded::CodeRing;
 use super::occlude::{self, Occlude};
 use super::photometry::{Photometry, Shading};
 use super::sweep::{Sweep, pair, sweep, within};
 use super::target::{Artwork, Mark, Style, Tone};
+use crate::layout::CodeName;
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 
@@ -82,6 +84,12 @@ pub struct TargetOptions {
     /// Light ink on dark paper
     #[arg(long)]
     light: bool,
+    /// A ring of segments around the circles with the target's id
+    #[arg(long, value_enum, value_name = "CODE", requires = "id")]
+    code: Option<CodeName>,
+    /// The id; with several targets the first one's, and the next ones of the code for the others
+    #[arg(long, value_name = "ID", requires = "code")]
+    id: Option<u16>,
     /// Mark inside the innermost circle: plus, dot, or 1 to 4 digits
     #[arg(long, value_name = "MARK")]
     mark: Option<String>,
@@ -152,9 +160,22 @@ impl TargetOptions {
             }
         };
         let style = self.line.map_or(Style::Bands, Style::Lines);
-        let artwork = Artwork { radii: self.radii.clone(), style, ink: self.paper().inverse(), mark };
+        let artwork = Artwork {
+            radii: self.radii.clone(),
+            style,
+            ink: self.paper().inverse(),
+            mark,
+            code: self.code()?,
+        };
         artwork.validate()?;
         Ok(artwork)
+    }
+
+    /// The ring of segments of the first target.
+    fn code(&self) -> Result<Option<CodeRing>> {
+        let Some((code, id)) = self.code.zip(self.id) else { return Ok(None) };
+        ensure!(code.code().has(id), "--id {id} is not in the code {}", code.name());
+        Ok(Some(CodeRing::new(code, id)))
     }
 
     /// Tone of the paper.

@@ -1,6 +1,7 @@
 //! Targets: what is printed, and where it lies.
 
 use super::camera::{Camera, Pose, View};
+use super::coded::CodeRing;
 use super::glyphs;
 use super::outline::Outline;
 use anyhow::{Result, ensure};
@@ -63,6 +64,9 @@ pub struct Artwork {
     pub ink: Tone,
     /// What is printed inside the innermost circle.
     pub mark: Option<Mark>,
+    /// The ring of segments around them.
+    #[serde(default)]
+    pub code: Option<CodeRing>,
 }
 
 /// Half side of the square card, in outer radii.
@@ -75,7 +79,7 @@ const MARK: f64 = 0.55;
 impl Artwork {
     /// An annulus in dark ink.
     pub fn annulus(outer: f64, inner: f64) -> Self {
-        Self { radii: vec![outer, inner], style: Style::Bands, ink: Tone::Dark, mark: None }
+        Self { radii: vec![outer, inner], style: Style::Bands, ink: Tone::Dark, mark: None, code: None }
     }
 
     /// Radii of all outlines, mm, falling: the circles, or both sides of each line.
@@ -88,9 +92,10 @@ impl Artwork {
         }
     }
 
-    /// Radius of the outermost outline, mm.
+    /// Radius of the outermost outline, mm, the ring of segments included.
     pub fn reach(&self) -> f64 {
-        self.outlines().first().copied().unwrap_or(0.0)
+        let outer = self.outlines().first().copied().unwrap_or(0.0);
+        if self.code.is_some() { outer * f64::from(concentric::code::OUTER) } else { outer }
     }
 
     /// # Errors
@@ -115,6 +120,7 @@ impl Artwork {
                 "mark '{text}': must be 1 to 4 decimal digits"
             );
         }
+        self.code.map(|code| code.segments()).transpose()?;
         Ok(())
     }
 }
@@ -198,6 +204,11 @@ impl Target {
         for radius in self.artwork.outlines() {
             inks.push((Outline::circle(self.centre(), radius), tone.inverse().value() - tone.value()));
             tone = tone.inverse();
+        }
+        if let (Some(code), Some(outer)) = (self.artwork.code, self.artwork.outlines().first()) {
+            let change = ground.inverse().value() - ground.value();
+            let segments = code.outlines(self.centre(), *outer).unwrap_or_default();
+            inks.extend(segments.into_iter().map(|segment| (segment, change)));
         }
         if let (Some(mark), Some(innermost)) = (&self.artwork.mark, self.artwork.outlines().last()) {
             let shapes = match mark {

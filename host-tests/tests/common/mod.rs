@@ -3,6 +3,8 @@
 // Each test uses a part of it.
 #![allow(dead_code)]
 
+pub mod boards;
+
 use concentric::{Detector, Image, Settings, Storage, Summary, Target, TargetSpec};
 use concentric_host::render::{Frame, Truth};
 

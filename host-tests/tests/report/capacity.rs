@@ -1,11 +1,16 @@
 //! Lengths, and every capacity at nothing, exactly full and one over.
 
+use concentric::report::{
+    ANSWER_MAX_LEN, Answer, COMMAND_MAX_LEN, Command, Format, HeadSettings, Outcome as Answered, Ratios,
+    Request,
+};
 use concentric::report::{CircleEntry, Details, FullEntry, Shape};
 use concentric::report::{
     Decoder, Detail, EncodeError, FrameHead, HELLO_MAX_LEN, Hello, Report, TargetEntry, Version, max_len,
 };
 use concentric::{
-    Circle, Covariance, Dropped, Ellipse, Flags, MAX_CIRCLES, Position, Reject, Summary, Target,
+    Circle, Compensation, Covariance, Dropped, Ellipse, Flags, MAX_CIRCLES, Polarity, Position, Reject,
+    Summary, Target,
 };
 
 use crate::support::{DETAILS, LEN, Outcome, annulus, encode, outcomes, summary};
@@ -95,6 +100,7 @@ fn max_len_is_the_length_of_the_largest_fields() {
         rejected: largest_summary().rejected,
         dropped: largest_summary().dropped,
         dropped_targets: u32::MAX,
+        dropped_reports: u32::MAX,
         detail: Detail::Full,
     };
     for (detail, details) in [
@@ -128,8 +134,9 @@ fn the_largest_report_fits_in_max_len_and_nearly_fills_it() {
         assert!(detail != Detail::Full || bytes.windows(255).any(|run| run[0] == 0xFF && !run.contains(&0)));
         assert_eq!(frame(bytes).1, report.targets());
         let sent = bytes.len();
-        // A target without a number has two bytes less, the count of those left out three, and zeros cost no code byte.
-        let spare = 2 * TARGETS + 3 + max_len(TARGETS, detail) / 200;
+        // A target without a number has two bytes less, the count of those left out three, that of reports given up
+        // four, and zeros cost no code byte.
+        let spare = 2 * TARGETS + 3 + 4 + max_len(TARGETS, detail) / 200;
         assert!(sent + spare >= max_len(TARGETS, detail), "{sent} of {}", max_len(TARGETS, detail));
     }
 }
@@ -208,7 +215,7 @@ fn buffer_of_the_caller() {
 
 #[test]
 fn memory_of_the_decoder() {
-    const PLAIN: usize = 27;
+    const PLAIN: usize = 28;
     let empty = encode(300, Detail::Terse, &[]);
     let [ok, short, none] =
         [outcomes::<PLAIN>(&empty), outcomes::<{ PLAIN - 1 }>(&empty), outcomes::<0>(&empty)];
@@ -227,4 +234,21 @@ fn pending_is_the_length_of_the_piece_since_the_last_separator() {
         decoder.push(byte);
     }
     assert_eq!(decoder.pending(), 0);
+}
+
+#[test]
+fn commands_and_answers_of_the_largest_fields_have_the_length_that_is_told() {
+    let ratios = Ratios::from_slice(&[u16::MAX; 8]).unwrap();
+    let settings = HeadSettings {
+        ratios: ratios.clone(),
+        polarity: Polarity::Light,
+        compensation: Compensation::Known,
+        detail: Detail::Full,
+        format: Format::Text,
+    };
+    let outcome = Answered::Ratio { value: u16::MAX, min: u16::MAX, max: u16::MAX };
+    let answer = Answer { tag: u16::MAX, outcome, settings };
+    assert_eq!(answer.encode(&mut [0; 100]).unwrap().len(), ANSWER_MAX_LEN);
+    let command = Command { tag: u16::MAX, request: Request::Ratios(ratios) };
+    assert_eq!(command.encode(&mut [0; 100]).unwrap().len(), COMMAND_MAX_LEN);
 }

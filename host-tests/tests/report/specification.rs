@@ -1,7 +1,13 @@
 //! The specification tells the truth: its examples are what the encoder sends, its lists are those of the code.
 
-use concentric::report::{Detail, HELLO_MAX_LEN, Hello, Report, Version};
-use concentric::{Circle, Covariance, Ellipse, Flags, Position, Reject, Summary, Target};
+use concentric::report::{
+    ANSWER_MAX_LEN, Answer, COMMAND_MAX_LEN, Command, CommandDecoder, Detail, Format, HELLO_MAX_LEN,
+    HeadSettings, Hello, Outcome, Ratios, Report, Request, Version,
+};
+use concentric::{
+    Circle, Compensation, Covariance, Ellipse, Flags, Polarity, Position, Reject, Settings, Summary, Target,
+    TargetSpec,
+};
 
 use crate::support::{LEN, at, outcomes};
 
@@ -71,6 +77,72 @@ fn the_example_of_a_frame_report() {
     report.begin(300);
     report.push(&target);
     check("A frame report", report.finish(&summary, &mut [0; LEN]).unwrap());
+}
+
+fn command() -> Command {
+    Command { tag: 7, request: Request::Ratios(Ratios::from_slice(&[49152, 32768]).unwrap()) }
+}
+
+fn answer() -> Answer {
+    let settings = HeadSettings::new(&Settings::new(TargetSpec::any()), Detail::Normal, Format::Binary);
+    Answer { tag: 8, outcome: Outcome::Ratio { value: 63569, min: 6554, max: 62259 }, settings }
+}
+
+#[test]
+fn the_example_of_a_command() {
+    check("A command", command().encode(&mut [0; COMMAND_MAX_LEN]).unwrap());
+    let mut decoder = CommandDecoder::new();
+    let decoded: Vec<_> =
+        wire(section("A command")).into_iter().filter_map(|byte| decoder.push(byte)).collect();
+    assert_eq!(decoded, [Ok(command())]);
+}
+
+#[test]
+fn the_example_of_an_answer() {
+    check("An answer", answer().encode(&mut [0; ANSWER_MAX_LEN]).unwrap());
+    let decoded = outcomes::<LEN>(&wire(section("An answer")));
+    assert_eq!(decoded, [crate::support::Outcome::Answer(answer())]);
+}
+
+/// The number and the name in the rows of the table whose first column has this heading.
+fn numbered(heading: &str) -> Vec<(u8, String)> {
+    let (_, table) = SPECIFICATION.split_once(&format!("\n| {heading} | |")).expect(heading);
+    let rows = table.lines().skip(2).take_while(|line| line.starts_with("| "));
+    let cells = rows.map(|row| row.split('|').map(str::trim).collect::<Vec<_>>());
+    cells.map(|cells| (cells[1].parse().unwrap(), cells[2].to_owned())).collect()
+}
+
+#[test]
+fn requests_and_outcomes_have_the_numbers_of_their_tables() {
+    let requests = [
+        ("settings", Request::Settings),
+        ("hello", Request::Hello),
+        ("ratios", Request::Ratios(Ratios::new())),
+        ("polarity", Request::Polarity(Polarity::Light)),
+        ("compensation", Request::Compensation(Compensation::Known)),
+        ("detail", Request::Detail(Detail::Full)),
+        ("format", Request::Format(Format::Text)),
+    ];
+    let sent = requests.map(|(name, request)| {
+        let mut buffer = [0; COMMAND_MAX_LEN];
+        let message = Command { tag: 1, request }.encode(&mut buffer).unwrap().to_vec();
+        (cobs::decode_vec(&message[1..message.len() - 1]).unwrap()[3], name.to_owned())
+    });
+    assert_eq!(numbered("request"), sent);
+    let outcomes = [
+        ("done", Outcome::Done),
+        ("a ratio is outside its range", Outcome::Ratio { value: 1, min: 2, max: 3 }),
+        ("too many ratios", Outcome::RatioCount { given: 4, max: 3 }),
+        ("`known` needs a camera", Outcome::NoCamera),
+        ("intact, and no command of this version", Outcome::Unknown),
+        ("damaged, or cut short", Outcome::Damaged),
+    ];
+    let sent = outcomes.map(|(name, outcome)| {
+        let mut buffer = [0; ANSWER_MAX_LEN];
+        let message = Answer { outcome, ..answer() }.encode(&mut buffer).unwrap().to_vec();
+        (cobs::decode_vec(&message[1..message.len() - 1]).unwrap()[3], name.to_owned())
+    });
+    assert_eq!(numbered("outcome"), sent);
 }
 
 #[test]

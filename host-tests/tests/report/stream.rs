@@ -5,7 +5,7 @@ use std::ops::Range;
 use concentric::report::{
     DecodeError, Detail, Hello, Message, Report, SEPARATOR, Version, WIRE_VERSION, max_len,
 };
-use concentric::{Circle, Covariance, Dropped, Ellipse, Flags, Position, Reject, Summary, Target};
+use concentric::{Circle, Covariance, Dropped, Ellipse, Flags, Position, Reading, Reject, Summary, Target};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -34,10 +34,11 @@ fn any_target() -> impl Strategy<Value = Target> {
     let covariance =
         (any::<f32>(), any::<f32>(), any::<f32>()).prop_map(|(xx, xy, yy)| Covariance { xx, xy, yy });
     let places = (any_position(), any_position(), any_position());
-    let rest = (0.0f32..5000.0, 0.0f32..300.0, 0.0f32..300.0, any::<u16>());
+    let rest = (0.0f32..5000.0, 0.0f32..300.0, 0.0f32..300.0, any::<u16>(), any::<Option<u16>>());
     (places, covariance, vec(any_circle(), 0..=8), rest).prop_map(
-        |((centre, eq7, exact), covariance, circles, (contrast, noise, blur, flags))| Target {
+        |((centre, eq7, exact), covariance, circles, (contrast, noise, blur, flags, code))| Target {
             normal: None,
+            code: code.map(|id| Reading { id, ..Reading::default() }),
             centre,
             covariance,
             eq7,
@@ -86,6 +87,8 @@ proptest! {
         prop_assert_eq!((head.rejected, head.dropped, head.detail), (summary.rejected, summary.dropped, detail));
         prop_assert_eq!(head.dropped_targets as usize, targets.len().saturating_sub(10));
         prop_assert_eq!(decoded.as_slice(), report.targets());
+        let ids = targets.iter().map(|target| target.code.map_or(0, |code| code.id)).take(10);
+        prop_assert!(ids.eq(decoded.iter().map(|entry| entry.id)));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Targets to report, and the stream taken apart into owned messages.
 
 use concentric::report::{
-    DecodeError, Decoder, Detail, FrameHead, Hello, Message, Report, TargetEntry, max_len,
+    Answer, DecodeError, Decoder, Detail, FrameHead, Hello, Message, Report, TargetEntry, max_len,
 };
 use concentric::{Circle, Covariance, Ellipse, Flags, Position, Summary, Target};
 
@@ -10,6 +10,7 @@ use concentric::{Circle, Covariance, Ellipse, Flags, Position, Summary, Target};
 pub enum Outcome {
     Hello(Hello),
     Frame(FrameHead, Vec<TargetEntry>),
+    Answer(Answer),
     Damaged(DecodeError),
 }
 
@@ -18,6 +19,7 @@ impl Outcome {
         match result {
             Ok(Message::Hello(hello)) => Self::Hello(hello),
             Ok(Message::Frame(frame)) => Self::Frame(frame.head, frame.targets().collect()),
+            Ok(Message::Answer(answer)) => Self::Answer(answer),
             Err(error) => Self::Damaged(error),
         }
     }

@@ -1,8 +1,8 @@
 //! Normal equations of all ellipses and of what they share: an arrow of 5 x 5 blocks.
 
 use super::view::Far;
+use crate::appearance::{Model, OWN, SHARED, Spread, Step};
 use crate::fit::{CENTRE_TERMS, Factor, Matrix};
-use crate::model::{Model, OWN, SHARED, Spread, Step};
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 

@@ -1,8 +1,8 @@
 //! Where the axis of a crossing passes an ellipse.
 
+use crate::appearance::Outline;
 use crate::fit::Shape;
 use crate::math;
-use crate::model::Outline;
 
 /// The axis of a crossing: vectors along and across it in the undistorted plane, for 1 px in the image.
 #[derive(Clone, Copy, Debug)]

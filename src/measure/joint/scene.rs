@@ -1,6 +1,6 @@
 //! A model, prepared for the crossings of its outlines.
 
-use crate::model::{Model, Outline};
+use crate::appearance::{Model, Outline};
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 

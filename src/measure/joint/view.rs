@@ -3,10 +3,10 @@
 use super::arrow::{Sums, Told};
 use super::passage::{Axes, Passage, distance, dot};
 use super::scene::{Next, Scene};
+use crate::appearance::Outline;
 use crate::edge::{mean_tail, normal};
 use crate::math;
 use crate::measure::Origin;
-use crate::model::Outline;
 use crate::scan::{Axis, Crossing, NEAR};
 
 /// Farthest that a crossing may lie from its outline's ellipse, px.

@@ -51,8 +51,8 @@ pub fn plots(study: &Study) -> Result<Vec<Plot>> {
     Ok(plots)
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Chart<'a, 'b, X, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>;
+pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(crate) type Chart<'a, 'b, X, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>;
 type Bar = ErrorBar<f64, f64, ErrorBarOrientV<f64, f64>>;
 /// Draws; `false` where there was nothing to draw.
 type Draw = fn(&Study, &Area) -> Result<bool>;
@@ -60,7 +60,7 @@ type Draw = fn(&Study, &Area) -> Result<bool>;
 /// Width and height, px.
 const SIZE: (u32, u32) = (1080, 440);
 /// Colours that are told apart by everyone (Okabe and Ito 2008, "Color universal design").
-const COLOURS: [RGBColor; 7] = [
+pub(crate) const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -69,24 +69,24 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
     RGBColor(90, 90, 90),
 ];
-const GRID: RGBColor = RGBColor(232, 232, 232);
-const TEXT: RGBColor = RGBColor(40, 40, 40);
-const FAINT: RGBColor = RGBColor(130, 130, 130);
+pub(crate) const GRID: RGBColor = RGBColor(232, 232, 232);
+pub(crate) const TEXT: RGBColor = RGBColor(40, 40, 40);
+pub(crate) const FAINT: RGBColor = RGBColor(130, 130, 130);
 
 /// Text of this height.
-fn font(size: u32) -> TextStyle<'static> {
+pub(crate) fn font(size: u32) -> TextStyle<'static> {
     ("sans-serif", size).into_font().color(&TEXT)
 }
 
 /// A chart with this title, without axes.
-fn chart<'a, 'b>(area: &'a Area<'b>, title: &str) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
+pub(crate) fn chart<'a, 'b>(area: &'a Area<'b>, title: &str) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
     let mut builder = ChartBuilder::on(area);
     builder.caption(title, font(17)).margin(14).x_label_area_size(40).y_label_area_size(52);
     builder
 }
 
 /// Axes and grid.
-fn axes<X, Y>(chart: &mut Chart<X, Y>, x: &str, y: &str) -> Result<()>
+pub(crate) fn axes<X, Y>(chart: &mut Chart<X, Y>, x: &str, y: &str) -> Result<()>
 where
     X: Ranged<ValueType = f64> + ValueFormatter<f64>,
     Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
@@ -112,7 +112,10 @@ fn bar(x: f64, y: f64, spread: f64, colour: RGBColor) -> Bar {
 }
 
 /// What is what.
-fn legend<'a, 'b: 'a, X, Y>(chart: &mut Chart<'a, 'b, X, Y>, position: SeriesLabelPosition) -> Result<()>
+pub(crate) fn legend<'a, 'b: 'a, X, Y>(
+    chart: &mut Chart<'a, 'b, X, Y>,
+    position: SeriesLabelPosition,
+) -> Result<()>
 where
     X: Ranged<ValueType = f64>,
     Y: Ranged<ValueType = f64>,

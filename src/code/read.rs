@@ -1,0 +1,244 @@
+//! The code of a target on the pixels.
+
+use super::{Code, INNER, OUTER, QUIET, Reading};
+use crate::detector::Image;
+use crate::fit::Frame;
+use crate::math;
+use crate::measure::Origin;
+use crate::settings::Settings;
+use crate::target::Target;
+use heapless::Vec;
+
+/// Places in a segment along the ring.
+const PARTS: usize = 8;
+/// Those of them in its middle that tell its bit: the others are near its ends, where the blur mixes it with the next one.
+const MIDDLE: core::ops::Range<usize> = 2..6;
+/// Most places around the ring.
+const PLACES: usize = PARTS * super::table::SEGMENTS as usize;
+/// Where across the ring it is looked at, as a share of its width: where blur reaches least.
+const ACROSS: [f32; 3] = [0.35, 0.5, 0.65];
+/// Smallest contrast of the ring, as a share of the target's: that of segments of 2 px under a blur of 1.2 px.
+const MIN_CONTRAST: f32 = 0.4;
+/// Farthest that the ground in the ring may be from the ground around it, as a share of the target's contrast.
+const MAX_GROUND: f32 = 0.3;
+/// Least distance of a clear segment from the middle between ink and ground, as a share of half the ring's contrast.
+const MIN_MARGIN: f32 = 0.5;
+/// Farthest that the ground on either side of a clear segment may be from what the rest of it lets expect, as a share of the ring's contrast.
+const MAX_UNCLEAN: f32 = 0.35;
+
+/// Reads the code of `target` in `image`, in which a [`Detector`](crate::Detector) with the same `settings` has found it, into
+/// [`Target::code`]. `false`, and no code, if `settings` have no [`Code`], or if there is none to be read: one that
+/// the image's border cuts, one of an id that is not in the settings, one with more segments that are not clear than can be
+/// repaired. A target without a ring of segments has no code.
+///
+/// The ring is looked at where the plane of the target puts it, which follows from the outer ellipse and the true centre. The work is at
+/// most 112 places around the ring, five pixels by four at each.
+pub fn read(image: &Image<'_>, settings: &Settings, target: &mut Target) -> bool {
+    let sign = if target.flags.contains(crate::Flags::LIGHT) { -1.0 } else { 1.0 };
+    target.code = settings.code.and_then(|code| {
+        let plane = Plane::new(settings, target)?;
+        Ring::new(image, &plane, &code, sign)?.read(&plane, &code, target.contrast)
+    });
+    target.code.is_some()
+}
+
+/// The target's plane: places on it in outer radii from the true centre, turned by an angle that is not known.
+///
+/// The projective map of the plane that takes the outer circle to its ellipse and its centre to the true centre is, in the
+/// frame where the ellipse is the unit circle, one of that circle to itself that moves its centre to `c`. With |c| < 1 that
+/// is p -> (c + s p + c (p c) / (1 + s)) / (1 + p c), s = sqrt(1 - c^2), apart from turns of p: a motion of the hyperbolic plane in Klein's model.
+struct Plane {
+    origin: Origin,
+    frame: Frame,
+    ellipse: (f32, f32),
+    c: (f32, f32),
+    s: f32,
+}
+
+impl Plane {
+    fn new(settings: &Settings, target: &Target) -> Option<Self> {
+        let origin = Origin::of(target, settings.camera.as_ref())?;
+        let shape = origin.shape(target.circles.first()?)?;
+        let frame = Frame::new(&shape)?;
+        let (x, y) = origin.offset(target.centre)?;
+        let c = frame.vector(x - shape.cx, y - shape.cy);
+        let square = 1.0 - c.0 * c.0 - c.1 * c.1;
+        // The vanishing line must lie beyond the code.
+        (square > 1.0 - 1.0 / (QUIET * QUIET)).then_some(Self {
+            origin,
+            frame,
+            ellipse: (shape.cx, shape.cy),
+            c,
+            s: math::sqrt(square),
+        })
+    }
+
+    /// Where the image shows the point at `radius` in the direction `(cos, sin)` on the plane, px from the origin.
+    fn seen(&self, radius: f32, (cos, sin): (f32, f32)) -> (f32, f32) {
+        let (u, v) = (radius * cos, radius * sin);
+        let along = u * self.c.0 + v * self.c.1;
+        let scale = 1.0 / (1.0 + along);
+        let own = 1.0 + along / (1.0 + self.s);
+        let (x, y) =
+            self.frame.inverse(scale * (self.s * u + self.c.0 * own), scale * (self.s * v + self.c.1 * own));
+        self.origin.seen((x + self.ellipse.0, y + self.ellipse.1))
+    }
+
+    /// Level of the image there, between the pixels; `None` outside the image.
+    fn level(&self, image: &Image<'_>, radius: f32, direction: (f32, f32)) -> Option<f32> {
+        let (x, y) = self.seen(radius, direction);
+        let (x, y) = (x + f32::from(self.origin.pixel.0), y + f32::from(self.origin.pixel.1));
+        if !(x >= 0.0 && y >= 0.0) {
+            return None;
+        }
+        let (column, row) = (x as i32, y as i32);
+        let (right, down) = (x - column as f32, y - row as f32);
+        let pixel = |dx, dy| image.level(column + dx, row + dy).map(f32::from);
+        let top = (1.0 - right) * pixel(0, 0)? + right * pixel(1, 0)?;
+        let bottom = (1.0 - right) * pixel(0, 1)? + right * pixel(1, 1)?;
+        Some((1.0 - down) * top + down * bottom)
+    }
+
+    /// Direction in the image from the true centre to the point of the outer circle in `direction`, radians.
+    fn angle(&self, direction: (f32, f32)) -> f32 {
+        let (from, to) = (self.seen(0.0, direction), self.seen(1.0, direction));
+        math::atan2(to.1 - from.1, to.0 - from.0)
+    }
+}
+
+/// What is seen at a place around the ring, grey levels: how much nearer to the ink than the ground around the whole target.
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    /// In the ring.
+    ring: f32,
+    /// Inside and outside it.
+    beside: [f32; 2],
+}
+
+/// The ring of segments and the ground on both sides of it, all around.
+struct Ring {
+    places: Vec<Place, PLACES>,
+}
+
+/// What a segment looks like.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    ring: f32,
+    /// Largest deviation of the ground on both sides.
+    unclean: f32,
+}
+
+fn direction(place: usize, places: usize) -> (f32, f32) {
+    let (sin, cos) = math::sincos(place as f32 * (core::f32::consts::TAU / places as f32));
+    (cos, sin)
+}
+
+impl Ring {
+    /// `None` if the image's border cuts it. `sign` is 1 for dark ink and -1 for light.
+    fn new(image: &Image<'_>, plane: &Plane, code: &Code, sign: f32) -> Option<Self> {
+        let count = PARTS * code.segments() as usize;
+        let mut places = Vec::new();
+        for k in 0..count {
+            let at = |radius| plane.level(image, radius, direction(k, count));
+            let mut ring = 0.0;
+            for share in ACROSS {
+                ring += at(INNER + share * (OUTER - INNER))? / ACROSS.len() as f32;
+            }
+            let beside = [at(0.5 * (1.0 + INNER))?, at(0.5 * (OUTER + QUIET))?];
+            let place = Place { ring: -sign * ring, beside: beside.map(|level| -sign * level) };
+            places.push(place).ok()?;
+        }
+        let mut ring = Self { places };
+        ring.remove_light();
+        Some(ring)
+    }
+
+    /// Takes away the level of the ground, which changes by as much on one side of the target as it does the other way on the
+    /// opposite side.
+    fn remove_light(&mut self) {
+        let count = self.places.len();
+        let (mut mean, mut x, mut y) = (0.0, 0.0, 0.0);
+        for (k, place) in self.places.iter().enumerate() {
+            let (cos, sin) = direction(k, count);
+            let level = 0.5 * (place.beside[0] + place.beside[1]) / count as f32;
+            mean += level;
+            x += 2.0 * level * cos;
+            y += 2.0 * level * sin;
+        }
+        for (k, place) in self.places.iter_mut().enumerate() {
+            let (cos, sin) = direction(k, count);
+            let ground = mean + x * cos + y * sin;
+            place.ring -= ground;
+            place.beside = place.beside.map(|level| level - ground);
+        }
+    }
+
+    /// The segment that begins at the place `start`.
+    fn segment(&self, start: usize, parts: core::ops::Range<usize>) -> Segment {
+        let count = parts.len() as f32;
+        let (mut ring, mut unclean) = (0.0, 0.0f32);
+        for part in parts {
+            let Some(place) = self.places.get((start + part) % self.places.len().max(1)) else { continue };
+            ring += place.ring / count;
+            unclean = place.beside.iter().fold(unclean, |most, level| most.max(level.abs()));
+        }
+        Segment { ring, unclean }
+    }
+
+    /// The place at which a segment begins: where segments differ most from the middle of all.
+    fn phase(&self, segments: usize) -> usize {
+        let mean = self.places.iter().map(|place| place.ring).sum::<f32>() / self.places.len() as f32;
+        let clear = |start: usize| {
+            let off = |i| (self.segment(start + PARTS * i, 0..PARTS).ring - mean).abs();
+            (0..segments).map(off).sum::<f32>()
+        };
+        let mut best = (0, f32::NEG_INFINITY);
+        for start in 0..PARTS {
+            let clear = clear(start);
+            if clear > best.1 {
+                best = (start, clear);
+            }
+        }
+        best.0
+    }
+
+    fn read(&self, plane: &Plane, code: &Code, contrast: f32) -> Option<Reading> {
+        let segments = code.segments() as usize;
+        let start = self.phase(segments);
+        let all = || (0..segments).map(|i| self.segment(start + PARTS * i, MIDDLE));
+        let (least, most) = all().fold((f32::INFINITY, f32::NEG_INFINITY), |(least, most), segment| {
+            (least.min(segment.ring), most.max(segment.ring))
+        });
+        let middle = 0.5 * (least + most);
+        let mean = |ink: bool| {
+            let (sum, count) = all()
+                .filter(|segment| (segment.ring > middle) == ink)
+                .fold((0.0, 0.0), |(sum, count), segment| (sum + segment.ring, count + 1.0));
+            sum / count
+        };
+        let (ground, ink) = (mean(false), mean(true));
+        let half = 0.5 * (ink - ground);
+        // Also refuses a ring without any difference.
+        if !(2.0 * half >= MIN_CONTRAST * contrast && ground.abs() <= MAX_GROUND * contrast) {
+            return None;
+        }
+        let (mut word, mut unclear, mut margin) = (0, 0, 1.0f32);
+        for segment in all() {
+            let off = segment.ring - ground - half;
+            word = word << 1 | u16::from(off > 0.0);
+            let clear = off.abs() / half;
+            if clear >= MIN_MARGIN && segment.unclean <= MAX_UNCLEAN * 2.0 * half {
+                margin = margin.min(clear);
+            } else {
+                unclear += 1;
+            }
+        }
+        let decoded = code.decode(word)?;
+        let wrong = unclear.max(u32::from(decoded.wrong));
+        if wrong > code.repairs() {
+            return None;
+        }
+        let first = direction(start + PARTS * usize::from(decoded.turn), self.places.len());
+        Some(Reading { id: decoded.id, angle: plane.angle(first), wrong: wrong as u8, margin })
+    }
+}

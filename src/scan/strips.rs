@@ -1,0 +1,387 @@
+//! The local threshold, and which pixels are below it.
+//!
+//! A block of four rows is divided into strips 32 px wide, and these into four cells. A cell's threshold is the middle
+//! between the darkest and the brightest sample of the 3 x 3 cells about it, if these differ by more than noise does. In flat
+//! surroundings there is no edge to place; there the threshold of the cell above is kept, so that the inside of a large
+//! dark circle stays dark, and is only pushed away where the light drifts towards it, so that shading makes no edge of its
+//! own.
+//!
+//! One pixel in four is a sample: four in a row, then the next four two rows below. No circle is so small that it passes
+//! between them. A strip is calm as long as its samples stay in the window in which they were when it was last measured; in
+//! calm surroundings nothing else is done to it, and its pixels are all taken to be on one side.
+
+use super::kernel::{self, Line, MOST, ONES, TOP, WORDS};
+use super::rows::{BLOCK_ROWS, Rows};
+use crate::settings::limits;
+
+/// Width of a strip, px.
+pub(crate) const STRIP: usize = 4 * WORDS;
+/// Bytes needed for the strips, in widths of the frame.
+pub(crate) const STRIP_WIDTHS: usize = 2;
+/// Ranges of half grey levels told apart by the noise figure.
+const RANGES: usize = 32;
+/// Cells whose ranges make a noise figure.
+const CELLS_WANTED: u16 = 32;
+/// Blocks in one of which a strip tells of the noise though it is calm ...
+const CHOSEN_BLOCKS: u16 = 4;
+/// ... and from one such strip to the next, times that: coprime to most numbers of strips.
+const CHOSEN_STEP: usize = 11;
+/// Fractional bits of the noise figure.
+const NOISE_BITS: u32 = 4;
+/// Rows of a block with samples.
+const SAMPLED: [u16; 2] = [1, 3];
+
+/// A strip. Levels are halved, and words have a byte for each cell.
+type Strip = [u32; SIZE];
+const SIZE: usize = 16;
+/// Smallest samples of the cells in the blocks above, in and below the work.
+const LOW: usize = 0;
+/// Largest samples.
+const HIGH: usize = LOW + 3;
+/// Thresholds of the block in work.
+const THRESHOLDS: usize = HIGH + 3;
+/// Dark pixels of its rows, one bit each.
+const DARK: usize = THRESHOLDS + 1;
+/// Lower end of the window, as [`kernel::within`] takes it.
+const WINDOW: usize = DARK + BLOCK_ROWS;
+/// Flags.
+const FLAGS: usize = WINDOW + 1;
+/// The next strip that is of interest in the block in work.
+const NEXT: usize = FLAGS + 1;
+
+/// Flags: restless in the newest block and in the two before.
+const RESTLESS: u32 = 0b111;
+/// Flag: calm, but at another level than the strip on the right or on the left.
+const STEP_RIGHT: u32 = 1 << 3;
+const STEP_LEFT: u32 = 1 << 4;
+/// Flag: dark.
+const SIDE: u32 = 1 << 5;
+/// Flags of a strip that is not all on one side.
+const ACTIVE: u32 = RESTLESS | STEP_RIGHT | STEP_LEFT;
+
+/// Smallest and largest samples of the cells of a strip.
+type Extremes = [u32; 2];
+/// Those of nothing.
+const NOTHING: Extremes = [MOST, 0];
+/// No strip.
+const END: u32 = u32::MAX;
+/// No [`SIDE`]: an active strip ends differently in each row.
+const BOTH: u32 = u32::MAX;
+
+/// The strips of a frame.
+#[derive(Debug)]
+pub(crate) struct Strips<'s> {
+    data: &'s mut [u32],
+    count: usize,
+    blocks: u16,
+    /// Blocks since a strip was restless.
+    calm_blocks: u16,
+    /// The first strip that is of interest in the block in work.
+    first: u32,
+    noise: Noise,
+}
+
+impl<'s> Strips<'s> {
+    pub fn new(data: &'s mut [u32]) -> Self {
+        Self { data, count: 0, blocks: 0, calm_blocks: 0, first: END, noise: Noise::NONE }
+    }
+
+    pub fn begin(&mut self, width: u16) {
+        self.count = usize::from(width).div_ceil(STRIP);
+        (self.blocks, self.first, self.noise) = (0, END, Noise::NONE);
+        // A frame starts light; of no strip anything is known.
+        for strip in self.all_mut() {
+            *strip = [0; SIZE];
+            let [low, high] = NOTHING;
+            [strip[LOW + 2], strip[HIGH + 2]] = [low, high];
+        }
+    }
+
+    fn all_mut(&mut self) -> &mut [Strip] {
+        strips_mut(self.data, self.count)
+    }
+
+    fn get(&self, at: usize) -> Option<&Strip> {
+        self.data.as_chunks().0.get(..self.count)?.get(at)
+    }
+
+    /// Blocks measured so far.
+    pub fn blocks(&self) -> u16 {
+        self.blocks
+    }
+
+    /// Smallest difference of grey levels that counts as an edge.
+    pub fn min_contrast(&self) -> u8 {
+        self.noise.contrast * 2
+    }
+
+    /// Looks at the samples of the next block of rows (the last row is repeated where the frame ends).
+    pub fn measure(&mut self, rows: &Rows<'_>) {
+        let first = self.blocks * BLOCK_ROWS as u16;
+        let [a, b] = SAMPLED.map(|row| rows.lines(first + row));
+        if self.blocks == 0 {
+            a.iter().zip(b).for_each(|(a, b)| self.noise.add(kernel::extremes(a, b)));
+            self.noise.settle();
+        }
+        let contrast = self.noise.contrast;
+        let width = u32::from(contrast) * ONES;
+        // Else only edges would tell of the noise.
+        if self.blocks.is_multiple_of(CHOSEN_BLOCKS) {
+            let chosen = usize::from(self.blocks) * CHOSEN_STEP % self.count.max(1);
+            if let (Some(a), Some(b)) = (a.get(chosen), b.get(chosen)) {
+                self.noise.add(kernel::extremes(a, b));
+            }
+        }
+        let mut changed = false;
+        let mut i = 0;
+        loop {
+            let Self { data, noise, count, blocks, .. } = &mut *self;
+            // Every other word, and the others in the next block.
+            let calm = if blocks.is_multiple_of(2) { calm::<0> } else { calm::<1> };
+            let strips = strips_mut(data, *count);
+            i += calm(strips.get_mut(i..).unwrap_or_default(), a.get(i..).unwrap_or_default(), width);
+            let (Some(strip), Some(a), Some(b)) = (strips.get_mut(i), a.get(i), b.get(i)) else { break };
+            i += 1;
+            age(strip);
+            let extremes = kernel::extremes(a, b);
+            noise.add(extremes);
+            take(strip, extremes, contrast);
+            changed = true;
+        }
+        if self.noise.count >= CELLS_WANTED {
+            self.noise.settle();
+        }
+        self.blocks += 1;
+        self.calm_blocks += 1;
+        if changed {
+            self.calm_blocks = 0;
+            self.find_steps(contrast);
+        }
+    }
+
+    /// Compares strips that were measured with those beside them.
+    fn find_steps(&mut self, contrast: u8) {
+        let strips = self.all_mut();
+        for i in 1..strips.len() {
+            let Some([left, right]) = strips.get_mut(i - 1..=i) else { break };
+            if (left[FLAGS] | right[FLAGS]) & 1 != 0 {
+                let [a, b] = [&*left, &*right].map(|strip| strip[WINDOW] & 0xff);
+                let step = a != 0 && b != 0 && 2 * a.abs_diff(b) >= u32::from(contrast);
+                left[FLAGS] = left[FLAGS] & !STEP_RIGHT | if step { STEP_RIGHT } else { 0 };
+                right[FLAGS] = right[FLAGS] & !STEP_LEFT | if step { STEP_LEFT } else { 0 };
+            }
+        }
+    }
+
+    /// Moves the thresholds to the block above the newest measured, and finds the dark pixels of its rows.
+    pub fn resolve(&mut self, rows: &Rows<'_>) {
+        if self.first == END && self.calm_blocks > 2 {
+            return;
+        }
+        let first = self.blocks.saturating_sub(2) * BLOCK_ROWS as u16;
+        let lines = [0, 1, 2, 3].map(|i| rows.lines(first + i));
+        // A frame is light outside.
+        let (mut side, mut last, mut columns) = (0, END, Columns::NONE);
+        self.first = END;
+        let mut i = 0;
+        while let Some(at) = self.next_of_interest(i, side) {
+            let Some(strip) = self.all_mut().get_mut(at) else { break };
+            let flags = strip[FLAGS];
+            if flags & ACTIVE != 0 {
+                self.resolve_active(at, &mut columns, lines.map(|row| row.get(at)));
+                side = BOTH;
+            } else {
+                side = flags & SIDE;
+                strip[DARK..WINDOW].fill(if side != 0 { !0 } else { 0 });
+            }
+            self.follow(last, at as u32);
+            last = at as u32;
+            i = at + 1;
+        }
+    }
+
+    /// The first strip from `from` on that is not all on the side `side`.
+    fn next_of_interest(&self, from: usize, side: u32) -> Option<usize> {
+        let strips = self.data.as_chunks::<SIZE>().0.get(from..self.count)?;
+        Some(from + strips.iter().position(|strip| strip[FLAGS] & (ACTIVE | SIDE) != side)?)
+    }
+
+    /// The same for a strip that has edges.
+    fn resolve_active(&mut self, i: usize, columns: &mut Columns, lines: [Option<&Line>; BLOCK_ROWS]) {
+        let column = |i: Option<usize>| i.and_then(|i| self.get(i)).map_or(NOTHING, column);
+        if columns.at == i && i > 0 {
+            let [_, left, here] = columns.extremes;
+            columns.extremes = [left, here, column(Some(i + 1))];
+        } else {
+            columns.extremes = [column(i.checked_sub(1)), column(Some(i)), column(Some(i + 1))];
+        }
+        columns.at = i + 1;
+        let [low, high] = columns.about();
+        let contrast = self.noise.contrast;
+        let Some(strip) = self.all_mut().get_mut(i) else { return };
+        let thresholds = thresholds(strip[THRESHOLDS], low, high, contrast);
+        strip[THRESHOLDS] = thresholds;
+        let from = thresholds.to_le_bytes().map(|threshold| TOP - u32::from(threshold) * ONES);
+        for (dark, line) in strip[DARK..WINDOW].iter_mut().zip(lines) {
+            *dark = line.map_or(0, |line| kernel::dark(line, &from));
+        }
+        strip[FLAGS] &= !SIDE;
+        match kernel::at_least(strip[LOW + 2], thresholds) {
+            0 => strip[FLAGS] |= SIDE,
+            MOST => (),
+            // Not to be left alone.
+            _ => strip[WINDOW] = 0,
+        }
+    }
+
+    /// Puts strip `i` after `last` in the list of those that are of interest.
+    fn follow(&mut self, last: u32, i: u32) {
+        if let Some(strip) = self.all_mut().get_mut(i as usize) {
+            strip[NEXT] = END;
+        }
+        match self.all_mut().get_mut(last as usize) {
+            Some(strip) => strip[NEXT] = i,
+            None => self.first = i,
+        }
+    }
+
+    /// Whether no row of the block in work has a dark pixel.
+    pub fn all_light(&self) -> bool {
+        self.first == END
+    }
+
+    /// The strips in which row `row` of the block in work may change sides: first columns, and dark pixels one bit each.
+    pub fn dark(&self, row: usize) -> impl Iterator<Item = (u16, u32)> {
+        let mut at = self.first;
+        core::iter::from_fn(move || {
+            let strip = self.get(at as usize)?;
+            let x = at as u16 * STRIP as u16;
+            at = strip[NEXT];
+            Some((x, *strip[DARK..WINDOW].get(row)?))
+        })
+    }
+}
+
+fn strips_mut(data: &mut [u32], count: usize) -> &mut [Strip] {
+    data.as_chunks_mut().0.get_mut(..count).unwrap_or_default()
+}
+
+/// The number of strips, from the first of `strips` on, whose samples in `lines` stay in their windows.
+#[inline(never)]
+fn calm<const FIRST: usize>(strips: &mut [Strip], lines: &[Line], width: u32) -> usize {
+    let mut count = 0;
+    for (strip, line) in strips.iter_mut().zip(lines) {
+        if !kernel::within::<FIRST>(line, strip[WINDOW], width) {
+            break;
+        }
+        if strip[FLAGS] & RESTLESS != 0 {
+            age(strip);
+        }
+        count += 1;
+    }
+    count
+}
+
+/// The block in work becomes the one above it, and the newest is taken to be as the one before.
+#[inline(never)]
+fn age(strip: &mut Strip) {
+    for first in [LOW, HIGH] {
+        strip.copy_within(first + 1..first + 3, first);
+    }
+    strip[FLAGS] = strip[FLAGS] & !RESTLESS | strip[FLAGS] << 1 & RESTLESS;
+}
+
+/// Takes the extremes of the newest block, and a window about them if they are near to each other.
+fn take(strip: &mut Strip, [low, high]: Extremes, contrast: u8) {
+    (strip[LOW + 2], strip[HIGH + 2]) = (low, high);
+    strip[FLAGS] |= 1;
+    let least = low.to_le_bytes().into_iter().fold(u8::MAX, u8::min);
+    let most = high.to_le_bytes().into_iter().fold(0, u8::max);
+    let middle = (least + most).div_ceil(2);
+    let first = middle.saturating_sub((contrast - 1) / 2);
+    strip[WINDOW] = if most - least < contrast { TOP - u32::from(first) * ONES } else { 0 };
+}
+
+/// The extremes of three blocks.
+fn column(strip: &Strip) -> Extremes {
+    let [a, b, c, d, e, f, ..] = *strip;
+    [kernel::min(a, kernel::min(b, c)), kernel::max(d, kernel::max(e, f))]
+}
+
+/// The columns of the strips left of a strip, of itself, and right of it.
+struct Columns {
+    extremes: [Extremes; 3],
+    /// The strip after it.
+    at: usize,
+}
+
+impl Columns {
+    const NONE: Self = Self { extremes: [NOTHING; 3], at: usize::MAX };
+
+    /// For each cell the extremes of the three columns about it.
+    fn about(&self) -> Extremes {
+        let [[l0, h0], [l1, h1], [l2, h2]] = self.extremes;
+        let beside = |left: u32, here: u32, right: u32| (here << 8 | left >> 24, here >> 8 | right << 24);
+        let ((la, lb), (ha, hb)) = (beside(l0, l1, l2), beside(h0, h1, h2));
+        [kernel::min(l1, kernel::min(la, lb)), kernel::max(h1, kernel::max(ha, hb))]
+    }
+}
+
+/// The middle between `low` and `high`, or in flat surroundings the threshold `held`, kept at a distance from them on the
+/// side where it is; all for four cells.
+fn thresholds(held: u32, low: u32, high: u32, contrast: u8) -> u32 {
+    let contrast = u32::from(contrast) * ONES;
+    // All sums and differences stay within their bytes.
+    let middle = (low + high + ONES) >> 1 & MOST;
+    let distance = kernel::max((middle >> 3) & (0x0f * ONES), (contrast >> 1) & MOST);
+    let above = middle + distance;
+    let above = kernel::select(kernel::spread(above), MOST, above & MOST);
+    let below = (middle | TOP) - distance;
+    let below = below & kernel::spread(below);
+    let (up, down) = (kernel::max(held, above), kernel::min(held, below));
+    let kept = kernel::select(kernel::at_least(middle, held), down, up);
+    kernel::select(kernel::at_least(high - low, contrast), middle, kept)
+}
+
+/// What noise makes of cells without edges.
+#[derive(Clone, Copy, Debug)]
+struct Noise {
+    /// Cells by the difference of their samples.
+    ranges: [u16; RANGES],
+    count: u16,
+    /// The range that one cell in eight stays below: even on a crowded board that many are flat.
+    figure: u16,
+    /// Smallest difference of half levels that counts as an edge.
+    contrast: u8,
+}
+
+impl Noise {
+    const NONE: Self =
+        Self { ranges: [0; RANGES], count: 0, figure: 0, contrast: limits::MIN_CONTRAST.div_ceil(2) };
+
+    fn add(&mut self, [low, high]: Extremes) {
+        for range in (high - low).to_le_bytes() {
+            if let Some(count) = self.ranges.get_mut(usize::from(range)) {
+                *count += 1;
+            }
+            self.count += 1;
+        }
+    }
+
+    fn settle(&mut self) {
+        let wanted = self.count / 8 + 1;
+        let mut seen = 0;
+        let mut figure = (RANGES as u16) << NOISE_BITS;
+        for (range, &count) in self.ranges.iter().enumerate() {
+            if seen + count >= wanted {
+                figure = ((range as u16) << NOISE_BITS) + ((wanted - seen) << NOISE_BITS) / count.max(1);
+                break;
+            }
+            seen += count;
+        }
+        self.figure = if self.figure == 0 { figure } else { self.figure - self.figure / 4 + figure / 4 };
+        let contrast = (u32::from(self.figure) * limits::CONTRAST_TO_NOISE) >> (NOISE_BITS + 1);
+        self.contrast = contrast.clamp(u32::from(limits::MIN_CONTRAST / 2), 127) as u8;
+        (self.ranges, self.count) = ([0; RANGES], 0);
+    }
+}
