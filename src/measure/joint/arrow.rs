@@ -55,10 +55,10 @@ impl Told {
 /// An outline's part.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Block {
-    m: Matrix<OWN>,
-    right: [f32; OWN],
+    pub m: Matrix<OWN>,
+    pub right: [f32; OWN],
     /// Rows: the conic's terms; columns: what is shared.
-    cross: [[f32; SHARED]; OWN],
+    pub cross: [[f32; SHARED]; OWN],
     /// What moving each edge point by itself would take from the squares.
     scatter: f32,
     /// Sum of squared distances of the edge points, px^2, and their number.
@@ -67,6 +67,7 @@ pub(super) struct Block {
 }
 
 impl Block {
+    #[inline]
     fn add(&mut self, told: &Told, model: &Model) {
         let Told { terms, reach, by_place, sums, .. } = told;
         let unit = reach * by_place;
@@ -102,10 +103,10 @@ impl Block {
 #[derive(Clone, Debug)]
 pub(super) struct Arrow {
     pub blocks: Vec<Block, MAX_CIRCLES>,
-    shared: Matrix<SHARED>,
-    right: [f32; SHARED],
+    pub shared: Matrix<SHARED>,
+    pub right: [f32; SHARED],
     /// Squared residuals of the samples, and their number.
-    squares: f32,
+    pub squares: f32,
     samples: f32,
 }
 
@@ -120,6 +121,7 @@ impl Arrow {
     }
 
     /// Adds a crossing of outline `k`.
+    #[inline]
     pub fn add(&mut self, k: usize, told: &Told, model: &Model) {
         if let Some(block) = self.blocks.get_mut(k) {
             block.add(told, model);

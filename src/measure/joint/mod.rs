@@ -13,6 +13,8 @@ mod arrow;
 mod passage;
 mod scene;
 mod start;
+#[cfg(test)]
+mod tests;
 mod view;
 
 use super::ellipse::{Fitted, FittedList};
@@ -40,7 +42,7 @@ const SETTLED_FEW: f32 = 0.1;
 /// ... one with all below this: the next would be its square over the blur.
 const SETTLED: f32 = 0.05;
 /// The same where edges blur into each other, which the equations leave out.
-const SETTLED_TIGHT: f32 = 0.01;
+const SETTLED_OVERLAPPING: f32 = 0.01;
 /// Residual, as a share of the contrast, that is no target at first, ...
 const FOREIGN: f32 = 0.5;
 /// ... and while few crossings are used, with room for so many standard deviations of the noise.
@@ -108,7 +110,7 @@ pub(super) fn joint(edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin) -> Opti
         let pass = pass(&scene, edges, pool, origin, &gate);
         let solved = pass.arrow.solve()?;
         let moved = model.take(&solved.step(), size)?;
-        if moved < if scene.tight { SETTLED_TIGHT } else { SETTLED } {
+        if moved < if scene.overlapping { SETTLED_OVERLAPPING } else { SETTLED } {
             check_contrast(model.contrast()).ok()?;
             return pass.is_clean().then(|| result(&model, &pass, &solved))?;
         }

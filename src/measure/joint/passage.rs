@@ -68,12 +68,14 @@ impl Passage {
         outline.det * axes.areas() * inverse * inverse * inverse
     }
 
-    /// Whether the place `from` px farther on the axis is nearer to this edge than to the other side of the ellipse, and the
-    /// axis the steeper one there: so each pixel counts once, though rows and columns both pass it.
-    pub fn owns(&self, from: f32) -> bool {
+    /// 1 if the place `from` px farther on the axis is nearer to this edge than to the other side of the ellipse, and the
+    /// axis the steeper one there, else 0: so each pixel counts once, though rows and columns both pass it.
+    #[inline]
+    pub fn owns(&self, from: f32) -> f32 {
         let along = self.gradient.0 + self.change.0 * from;
         let across = self.gradient.1 + self.change.1 * from;
-        along.abs() >= across.abs() && along * self.gradient.0 > 0.0
+        let owned = along.abs() >= across.abs() && along * self.gradient.0 > 0.0;
+        if owned { 1.0 } else { 0.0 }
     }
 }
 

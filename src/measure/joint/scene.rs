@@ -5,12 +5,12 @@ use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
 /// Standard deviations of the blur beyond which an edge is over.
-const BAND: f32 = 3.5;
+const BAND: f32 = 3.0;
 /// How far the near samples and the far stretches of a crossing reach from an edge, px, with room for its place.
-const NEAR: f32 = 3.5;
+const NEAR: f32 = 3.0;
 const FAR: f32 = 19.5;
 /// Radius of curvature at the ends of the major axis below which a parabola is not good enough for the samples of an edge, px.
-const TIGHT: f32 = 8.0;
+const TIGHT: f32 = 4.0;
 
 /// The outlines next to one.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,9 @@ pub(super) struct Scene {
     pub next: Vec<Next, MAX_CIRCLES>,
     /// The target's size, px: the unit of the light's slopes.
     pub size: f32,
-    /// Small, steep or with edges that blur into each other: every sample is seen by itself.
+    /// Edges blur into each other.
+    pub overlapping: bool,
+    /// These, or edges that bend much: every sample is seen by itself.
     pub tight: bool,
     /// Grey levels beyond which noise reaches the ends of the scale, so that the mean is no longer the level.
     pub ends: (f32, f32),
@@ -39,8 +41,9 @@ impl Scene {
             let (a, b) = outline.shape.semi_axes();
             b * b < TIGHT * a
         };
-        let tight = model.outlines.iter().any(bent) || next.iter().any(|next| next.near != [None; 2]);
-        Self { model: model.clone(), next, size, tight, ends: (noise, 255.0 - noise) }
+        let overlapping = next.iter().any(|next| next.near != [None; 2]);
+        let tight = overlapping || model.outlines.iter().any(bent);
+        Self { model: model.clone(), next, size, overlapping, tight, ends: (noise, 255.0 - noise) }
     }
 
     pub fn outline(&self, k: Option<usize>) -> Option<&Outline> {

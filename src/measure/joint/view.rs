@@ -68,6 +68,7 @@ impl Samples {
         (0.5 * (of_a * a + of_d * d)).abs()
     }
 
+    #[inline]
     pub fn sums(&self) -> Sums {
         let mut sums = Sums::default();
         for i in 0..NEAR {
@@ -106,6 +107,7 @@ pub(super) struct Far {
 
 impl<'s> View<'s> {
     /// `None` where the crossing is none of outline `k`'s.
+    #[inline]
     pub fn new(scene: &'s Scene, k: usize, crossing: &'s Crossing, origin: &Origin) -> Option<Self> {
         let (outline, next) = (scene.outline(Some(k))?, *scene.next.get(k)?);
         let x = (i32::from(crossing.x) - i32::from(origin.pixel.0)) as f32;
@@ -149,59 +151,98 @@ impl<'s> View<'s> {
     }
 
     /// Distance towards light of the place `at`, and half the curvature there, positive where the edge bends away from light.
+    #[inline]
     fn depth(&self, at: f32) -> (f32, f32) {
         if self.scene.tight {
-            let (distance, curvature) = distance(self.outline, self.place(at), &self.axes);
-            return (self.lightward * distance, 0.5 * self.lightward * curvature);
+            self.depth_of_ellipse(at)
+        } else {
+            (self.depth_of_circle(at), 0.5 * self.curvature)
         }
-        // From the circle that fits the edge where the axis passes it.
+    }
+
+    /// The same by itself.
+    fn depth_of_ellipse(&self, at: f32) -> (f32, f32) {
+        let (distance, curvature) = distance(self.outline, self.place(at), &self.axes);
+        (self.lightward * distance, 0.5 * self.lightward * curvature)
+    }
+
+    /// The distance from the circle that fits the edge where the axis passes it: its series to the third order.
+    #[inline]
+    fn depth_of_circle(&self, at: f32) -> f32 {
         let h = self.sign * (at - self.passage.at);
         let bend = 0.5 * self.curvature;
         let q = h * (self.passage.cosine + bend * h);
-        (q * (1.0 - bend * q * (1.0 - 2.0 * bend * q)), bend)
+        q * (1.0 - bend * q * (1.0 - 2.0 * bend * q))
     }
 
     /// The near samples; `None` if none of them counts here.
+    #[inline]
     pub fn samples(&self) -> Option<Samples> {
         let blur = self.scene.model.blur;
         let inverse = 1.0 / blur;
-        let mut own = PLACES.map(|at| self.passage.owns(at - self.passage.at));
-        let at = PLACES.map(|at| {
-            let (depth, bend) = self.depth(at);
-            let (z, lead) = (depth * inverse, bend * blur);
-            let (share, density) = normal(z + lead);
-            (share, density * (lead - z), density)
-        });
-        let mut lightness = at.map(|(lightness, ..)| lightness);
-        let mut by_blur = at.map(|(_, by_blur, _)| by_blur);
-        // Light of the dark area beyond this one, and dark of the light area beyond.
+        let mut depths = [0.0; NEAR];
+        let mut leads = [0.5 * self.curvature * blur; NEAR];
+        for i in 0..NEAR {
+            depths[i] = self.depth_of_circle(PLACES[i]);
+        }
+        if self.scene.tight {
+            for i in 0..NEAR {
+                let (depth, bend) = self.depth_of_ellipse(PLACES[i]);
+                (depths[i], leads[i]) = (depth, bend * blur);
+            }
+        }
+        let (mut own, mut lightness, mut by_blur) = ([0.0; NEAR], [0.0; NEAR], [0.0; NEAR]);
+        let mut by_place = [0.0; NEAR];
+        for i in 0..NEAR {
+            let z = depths[i] * inverse;
+            (lightness[i], by_place[i]) = normal(z + leads[i]);
+            by_blur[i] = by_place[i] * (leads[i] - z);
+        }
+        for i in 0..NEAR {
+            own[i] = self.passage.owns(PLACES[i] - self.passage.at);
+        }
+        if self.scene.overlapping {
+            self.add_next(&depths, &mut own, &mut lightness, &mut by_blur);
+        }
+        let model = &self.scene.model;
+        let contrast = model.contrast();
+        let mut residuals = self.crossing.near.map(f32::from);
+        let (least, most) = self.scene.ends;
+        let mut any = 0.0;
+        for i in 0..NEAR {
+            let level = (model.dark + contrast * lightness[i]) * (self.light + self.slope * PLACES[i]);
+            let told = level > least && level < most;
+            own[i] = if told { own[i] } else { 0.0 };
+            any += own[i];
+            residuals[i] -= level;
+        }
+        (any > 0.0).then_some(Samples { own, lightness, by_blur, by_place, residuals })
+    }
+
+    /// Adds what the edges beside this one give to its samples: light of the dark area beyond, and dark of the light area
+    /// beyond. What is nearer to them is theirs.
+    fn add_next(
+        &self,
+        depths: &[f32; NEAR],
+        own: &mut [f32; NEAR],
+        lightness: &mut [f32; NEAR],
+        by_blur: &mut [f32; NEAR],
+    ) {
+        let blur = self.scene.model.blur;
         for (next, beyond) in self.next.near.into_iter().zip([-1.0, 0.0]) {
             let Some(next) = self.scene.outline(next) else { continue };
             for i in 0..NEAR {
                 let (outwards, curvature) = distance(next, self.place(PLACES[i]), &self.axes);
                 let depth = -next.inside * outwards;
-                let (z, lead) = (depth * inverse, -0.5 * next.inside * curvature * blur);
+                let (z, lead) = (depth / blur, -0.5 * next.inside * curvature * blur);
                 let (share, density) = normal(z + lead);
                 lightness[i] += share + beyond;
                 by_blur[i] += density * (lead - z);
-                own[i] &= depth.abs() > self.depth(PLACES[i]).0.abs();
+                if depth.abs() <= depths[i].abs() {
+                    own[i] = 0.0;
+                }
             }
         }
-        let model = &self.scene.model;
-        let mut residuals = self.crossing.near.map(f32::from);
-        for i in 0..NEAR {
-            let level =
-                (model.dark + model.contrast() * lightness[i]) * (self.light + self.slope * PLACES[i]);
-            own[i] &= self.is_told(level);
-            residuals[i] -= level;
-        }
-        own.contains(&true).then(|| Samples {
-            own: own.map(|own| if own { 1.0 } else { 0.0 }),
-            lightness,
-            by_blur,
-            by_place: at.map(|(.., by_place)| by_place),
-            residuals,
-        })
     }
 
     fn is_told(&self, level: f32) -> bool {
@@ -209,6 +250,7 @@ impl<'s> View<'s> {
     }
 
     /// What `samples` tell.
+    #[inline]
     pub fn told(&self, samples: &Samples) -> Told {
         let model = &self.scene.model;
         let (u, v) = self.outline.frame.vector(self.passage.from_centre.0, self.passage.from_centre.1);
