@@ -93,9 +93,10 @@ impl Block {
         self.points = self.points.saturating_add(1);
     }
 
-    /// Mean square distance of the edge points from the ellipse before the step, px^2.
-    pub fn mean_square(&self) -> f32 {
-        self.squares / f32::from(self.points.max(1))
+    /// Mean square distance of the edge points from the ellipse, px^2, where the scatter is this.
+    fn mean_square(&self, scatter: f32) -> f32 {
+        let left = if self.scatter > 0.0 { scatter / self.scatter } else { 0.0 };
+        left * self.squares / f32::from(self.points.max(1))
     }
 }
 
@@ -185,7 +186,7 @@ impl Arrow {
                     }
                 }
             }
-            parts.push(Part { factor, by_shared, own, scatter: 0.0 }).ok()?;
+            parts.push(Part { factor, by_shared, own, scatter: 0.0, mean_square: 0.0 }).ok()?;
         }
         let factor = Factor::new(&rest)?;
         let shared = factor.solve(right);
@@ -199,7 +200,9 @@ impl Arrow {
             let taken = dot(&part.own, &block.right);
             gain += taken;
             let free = f32::from(block.points) - OWN as f32;
-            part.scatter = (block.scatter - taken).max(0.0) / free.max(1.0);
+            let scatter = (block.scatter - taken).max(0.0);
+            part.scatter = scatter / free.max(1.0);
+            part.mean_square = block.mean_square(scatter);
         }
         let free = self.samples - (OWN * self.blocks.len() + SHARED) as f32;
         let variance = (self.squares - gain).max(0.0) / free.max(1.0);
@@ -219,6 +222,7 @@ struct Part {
     own: [f32; OWN],
     /// Variance of a sample that the scatter of its edge points about the ellipse tells.
     scatter: f32,
+    mean_square: f32,
 }
 
 /// The solution.
@@ -238,6 +242,11 @@ impl Solved {
     /// Variance of a sample that the scatter of the edge points of outline `k` about its ellipse tells.
     pub fn scatter(&self, k: usize) -> Option<f32> {
         self.parts.get(k).map(|part| part.scatter)
+    }
+
+    /// Mean square distance of the edge points of outline `k` from its ellipse after the step, px^2.
+    pub fn mean_square(&self, k: usize) -> Option<f32> {
+        self.parts.get(k).map(|part| part.mean_square)
     }
 
     /// Covariances of outline `k` for a unit variance of the samples.

@@ -48,8 +48,12 @@ const FOREIGN: f32 = 0.5;
 /// ... and while few crossings are used, with room for so many standard deviations of the noise.
 const FOREIGN_FEW: f32 = 0.1;
 const SIGMAS: f32 = 5.0;
-/// Room in the light beside an edge, standard deviations of a sample.
-const UNEVEN_SIGMAS: f32 = 3.5;
+/// Room in the light beside an edge, standard deviations of its mean over a part of a turn, ...
+const UNEVEN_SIGMAS: f32 = 4.5;
+/// ... of which there are so many.
+const PARTS: usize = 16;
+/// One in so many far stretches may be of another level.
+const STRANGE_SHARE: u32 = 20;
 /// Share of the crossings that may be left out, and how many of a small target.
 const SPOILED_SHARE: u32 = 100;
 const SPOILED: u32 = 1;
@@ -65,11 +69,18 @@ const ROUNDING: f32 = 0.29;
 struct Gate {
     /// Few of them only.
     few: bool,
-    /// Largest residual of a sample, of a far stretch beside its noise, and of the light beside the edge.
+    /// Largest residual of a sample; and beside its noise, of a far stretch and of the light beside the edge.
     misfit: f32,
     far: f32,
     excess: f32,
     noise: f32,
+}
+
+impl Gate {
+    /// Whether `count` crossings with this sum of excesses lie in uneven light.
+    fn is_uneven(&self, sum: f32, count: f32) -> bool {
+        count > 0.0 && sum.abs() > self.excess * count + UNEVEN_SIGMAS * self.noise * math::sqrt(0.5 * count)
+    }
 }
 
 /// What the crossings tell of the next step.
@@ -82,6 +93,9 @@ struct Pass {
     spoiled: u32,
     uneven: u32,
     clipped: u32,
+    /// Far stretches that tell the levels, and those of another level.
+    far: u32,
+    strange: u32,
 }
 
 /// The fitted ellipses of all `edges`, with the light. `None` where the target is not seen whole, or not like the model.
@@ -103,7 +117,7 @@ pub(super) fn joint(edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin) -> Opti
             few: false,
             misfit: limits::MISFIT * contrast + SIGMAS * noise,
             far: limits::UNEVEN * contrast,
-            excess: limits::UNEVEN * contrast + UNEVEN_SIGMAS * noise,
+            excess: limits::UNEVEN * contrast,
             noise,
         };
         let scene = Scene::new(&model, size, noise);
@@ -139,28 +153,38 @@ fn settle_few(model: &mut Model, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Or
 /// A pass over the crossings.
 fn pass(scene: &Scene, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, gate: &Gate) -> Pass {
     let model = &scene.model;
-    let mut pass =
-        Pass { arrow: Arrow::new(model), seen: Vec::new(), used: 0, spoiled: 0, uneven: 0, clipped: 0 };
+    let mut pass = Pass {
+        arrow: Arrow::new(model),
+        seen: Vec::new(),
+        used: 0,
+        spoiled: 0,
+        uneven: 0,
+        clipped: 0,
+        far: 0,
+        strange: 0,
+    };
     for (k, (edge, outline)) in edges.edges.iter().zip(&model.outlines).enumerate() {
         let mut seen = Sectors::new(outline.minor);
+        let mut light = [(0.0, 0.0); PARTS];
         let stride = if gate.few { edge.stride() } else { 1 };
         for crossing in pool.iter(edge.crossings).step_by(stride) {
             let Some(view) = View::new(scene, k, crossing, origin) else { continue };
+            let (u, v) = view.direction();
+            let part = if gate.few { 0 } else { seen.mark(u, v) };
             let Some(samples) = view.samples() else { continue };
             if samples.misfit() > gate.misfit {
                 pass.spoiled += 1;
                 continue;
             }
             pass.used += 1;
-            pass.uneven += u32::from(samples.excess() > gate.excess);
-            let told = view.told(&samples);
-            pass.arrow.add(k, &told, model);
-            pass.add_far(scene, &view, gate);
-            if !gate.few {
-                let [.., u, v] = told.terms;
-                seen.0 |= seen.sector(u, v);
+            if let Some((sum, count)) = light.get_mut(part) {
+                *sum += samples.excess();
+                *count += 1.0;
             }
+            pass.arrow.add(k, &view.told(&samples), model);
+            pass.add_far(scene, &view, gate);
         }
+        pass.uneven += light.iter().filter(|(sum, count)| gate.is_uneven(*sum, *count)).count() as u32;
         let _ = pass.seen.push(seen);
     }
     pass
@@ -176,7 +200,10 @@ impl Pass {
             let light = 1.0 + model.gx * x + model.gy * y;
             let mixed = model.dark + model.contrast() * far.lightness;
             let residual = far.level - mixed * light;
-            if residual.abs() <= far.limit(gate.far, gate.noise) {
+            self.far += 1;
+            if residual.abs() > far.limit(gate.far, gate.noise) {
+                self.strange += 1;
+            } else {
                 let (dark, bright) = ((1.0 - far.lightness) * light, far.lightness * light);
                 let terms = [dark, bright, mixed * x / scene.size, mixed * y / scene.size];
                 self.arrow.add_far(&far, terms, residual);
@@ -187,7 +214,10 @@ impl Pass {
     /// Whether nothing disturbs the target.
     fn is_clean(&self) -> bool {
         let whole = |seen: &Sectors| seen.longest_gap() <= limits::FLAG_GAP;
-        self.spoiled <= SPOILED + self.used / SPOILED_SHARE && self.uneven == 0 && self.seen.iter().all(whole)
+        self.spoiled <= SPOILED + self.used / SPOILED_SHARE
+            && self.strange <= self.far / STRANGE_SHARE
+            && self.uneven == 0
+            && self.seen.iter().all(whole)
     }
 }
 
@@ -206,7 +236,7 @@ fn result(model: &Model, pass: &Pass, solved: &Solved) -> Option<(FittedList, Li
             shape: outline.shape,
             covariance: outline.frame.covariance(&frame_covariance),
             frame_covariance,
-            rms: math::sqrt(block.mean_square()),
+            rms: math::sqrt(solved.mean_square(k)?),
             points: block.points,
         };
         let (dark_inside, gap) = (outline.inside < 0.0, seen.longest_gap());

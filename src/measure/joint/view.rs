@@ -19,6 +19,8 @@ const PLACES: [f32; NEAR] = [-2.5, -1.5, -0.5, 0.5, 1.5, 2.5];
 const FAR: f32 = 3.5;
 /// Lightness that a stretch may have from its own edge to tell the levels, ...
 const TAIL: f32 = 0.08;
+/// ... which is over beyond this, ...
+const OVER: f32 = 3.5;
 /// ... and least distance of any other edge, standard deviations of the blur.
 const CLEAR: f32 = 2.5;
 
@@ -65,7 +67,7 @@ impl Samples {
     /// What light there is too much beside the edge.
     pub fn excess(&self) -> f32 {
         let ([_, a, _, _, d, _], [_, of_a, _, _, of_d, _]) = (self.residuals, self.own);
-        (0.5 * (of_a * a + of_d * d)).abs()
+        0.5 * (of_a * a + of_d * d)
     }
 
     #[inline]
@@ -245,6 +247,11 @@ impl<'s> View<'s> {
         }
     }
 
+    /// Where the axis passes the edge, in the frame where that is the unit circle.
+    pub fn direction(&self) -> (f32, f32) {
+        self.outline.frame.vector(self.passage.from_centre.0, self.passage.from_centre.1)
+    }
+
     fn is_told(&self, level: f32) -> bool {
         level > self.scene.ends.0 && level < self.scene.ends.1
     }
@@ -253,7 +260,7 @@ impl<'s> View<'s> {
     #[inline]
     pub fn told(&self, samples: &Samples) -> Told {
         let model = &self.scene.model;
-        let (u, v) = self.outline.frame.vector(self.passage.from_centre.0, self.passage.from_centre.1);
+        let (u, v) = self.direction();
         let unit = 1.0 / self.scene.size;
         Told {
             terms: [u * u - v * v, 2.0 * u * v, 1.0, u, v],
@@ -276,9 +283,13 @@ impl<'s> View<'s> {
         let blur = self.scene.model.blur;
         let (first, last) = (side * FAR, side * (FAR + pixels - 1.0));
         let bright = side == self.sign;
+        if !self.is_told(level) {
+            return None;
+        }
         let (depth, bend) = self.depth(first);
         let z = depth / blur + bend * blur;
-        let tail = mean_tail(if bright { -z } else { z }, self.passage.cosine / blur, pixels);
+        let z = if bright { -z } else { z };
+        let tail = if z > -OVER { mean_tail(z, self.passage.cosine / blur, pixels) } else { 0.0 };
         // Outwards only the next edge can be near, and that at the end; inwards the next edge or the other side of this one.
         let inwards = bright == (self.lightward < 0.0);
         let clear = match self.scene.outline(self.next.far[usize::from(inwards)]) {
@@ -295,7 +306,7 @@ impl<'s> View<'s> {
             Axis::Row => (self.seen.0 + middle, self.seen.1),
             Axis::Column => (self.seen.0, self.seen.1 + middle),
         };
-        let told = tail < TAIL && clear > CLEAR * blur && self.is_told(level);
+        let told = tail < TAIL && clear > CLEAR * blur;
         told.then_some(Far { pixels, level, lightness: if bright { 1.0 - tail } else { tail }, place })
     }
 
