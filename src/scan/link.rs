@@ -255,8 +255,12 @@ impl<'a, 's> Linker<'a, 's> {
         let length = stretch_length(clear(before, x).min(left));
         let before = row.get(left.checked_sub(length)?..left)?;
         let after = row.get(right..right + stretch_length(clear(x, after)))?;
-        let before = if is_told(before.first()) { before } else { row.get(left.checked_sub(1)?..left)? };
-        let after = if is_told(after.last()) { after } else { after.get(..1)? };
+        let before = if tells_light(before.last(), before.first()) {
+            before
+        } else {
+            row.get(left.checked_sub(1)?..left)?
+        };
+        let after = if tells_light(after.first(), after.last()) { after } else { after.get(..1)? };
         Some(Crossing::new(Axis::Row, (x, self.y), *near, [before, after].map(Stretch::new)))
     }
 
@@ -307,7 +311,11 @@ impl<'a, 's> Linker<'a, 's> {
             }
         };
         let levels = levels.get(..stretch_length(len)).unwrap_or(&[]);
-        Stretch::new(if is_told(levels.last()) { levels } else { levels.get(..1).unwrap_or(&[]) })
+        Stretch::new(if tells_light(levels.first(), levels.last()) {
+            levels
+        } else {
+            levels.get(..1).unwrap_or(&[])
+        })
     }
 
     /// Whether the levels change enough along a crossing's axis, and across it not clearly more: then the other axis is
@@ -353,9 +361,11 @@ enum Side {
 /// Most rows on either side for a stretch on a column.
 const FAR_ROWS: usize = 4;
 
-/// Whether the level at the far end of a stretch tells the light: where the scale ends within it, only its nearest pixel is kept.
-fn is_told(end: Option<&u8>) -> bool {
-    end.is_some_and(|level| (END..=255 - END).contains(level))
+/// Whether the scale does not end within a stretch, of which these are the nearest and the farthest level: there only the
+/// nearest pixel tells the light.
+fn tells_light(nearest: Option<&u8>, farthest: Option<&u8>) -> bool {
+    let clipped = |level: Option<&u8>| level.is_some_and(|level| !(END..=255 - END).contains(level));
+    clipped(nearest) || !clipped(farthest)
 }
 
 /// Pixels of `row` from column `x` on.

@@ -61,8 +61,8 @@ pub(super) struct Block {
     pub cross: [[f32; SHARED]; OWN],
     /// What moving each edge point by itself would take from the squares.
     scatter: f32,
-    /// Sum of squared distances of the edge points, px^2, and their number.
-    squares: f32,
+    /// Inverse variances of the edge points for a unit variance of the samples, 1/px^2, and their number.
+    information: f32,
     pub points: u16,
 }
 
@@ -86,17 +86,10 @@ impl Block {
             }
         }
         if sums.pp > 0.0 {
-            let distance = sums.pr / (by_place * sums.pp);
             self.scatter += sums.pr * sums.pr / sums.pp;
-            self.squares += distance * distance;
         }
+        self.information += by_place * by_place * sums.pp;
         self.points = self.points.saturating_add(1);
-    }
-
-    /// Mean square distance of the edge points from the ellipse, px^2, where the scatter is this.
-    fn mean_square(&self, scatter: f32) -> f32 {
-        let left = if self.scatter > 0.0 { scatter / self.scatter } else { 0.0 };
-        left * self.squares / f32::from(self.points.max(1))
     }
 }
 
@@ -202,7 +195,7 @@ impl Arrow {
             let free = f32::from(block.points) - OWN as f32;
             let scatter = (block.scatter - taken).max(0.0);
             part.scatter = scatter / free.max(1.0);
-            part.mean_square = block.mean_square(scatter);
+            part.mean_square = scatter / block.information;
         }
         let free = self.samples - (OWN * self.blocks.len() + SHARED) as f32;
         let variance = (self.squares - gain).max(0.0) / free.max(1.0);
@@ -244,7 +237,7 @@ impl Solved {
         self.parts.get(k).map(|part| part.scatter)
     }
 
-    /// Mean square distance of the edge points of outline `k` from its ellipse after the step, px^2.
+    /// Mean square distance of the edge points of outline `k` from its ellipse after the step, each with its weight, px^2.
     pub fn mean_square(&self, k: usize) -> Option<f32> {
         self.parts.get(k).map(|part| part.mean_square)
     }
