@@ -49,13 +49,13 @@ const FOREIGN: f32 = 0.5;
 const FOREIGN_FEW: f32 = 0.1;
 const SIGMAS: f32 = 5.0;
 /// Room in the light beside an edge, standard deviations of its mean over a part of a turn, ...
-const UNEVEN_SIGMAS: f32 = 4.5;
+const UNEVEN_SIGMAS: f32 = 3.7;
 /// ... of which there are so many.
 const PARTS: usize = 16;
 /// One in so many far stretches may be of another level.
-const STRANGE_SHARE: u32 = 20;
+const STRANGE_SHARE: u32 = 50;
 /// Share of the crossings that may be left out, and how many of a small target.
-const SPOILED_SHARE: u32 = 100;
+const SPOILED_SHARE: u32 = 200;
 const SPOILED: u32 = 1;
 /// Standard deviations of a variance that are chance.
 const CHANCE: f32 = 2.5;
@@ -117,7 +117,7 @@ pub(super) fn joint(edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin) -> Opti
             few: false,
             misfit: limits::MISFIT * contrast + SIGMAS * noise,
             far: limits::UNEVEN * contrast,
-            excess: limits::UNEVEN * contrast,
+            excess: 0.5 * limits::UNEVEN * contrast,
             noise,
         };
         let scene = Scene::new(&model, size, noise);
