@@ -53,7 +53,7 @@ const UNEVEN_SIGMAS: f32 = 3.7;
 /// ... of which there are so many.
 const PARTS: usize = 16;
 /// One in so many far stretches may be of another level.
-const STRANGE_SHARE: u32 = 50;
+const STRANGE_SHARE: u32 = 30;
 /// Share of the crossings that may be left out, and how many of a small target.
 const SPOILED_SHARE: u32 = 200;
 const SPOILED: u32 = 1;
@@ -113,14 +113,16 @@ pub(super) fn joint(edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin) -> Opti
     let noise = settle_few(&mut model, edges, pool, origin)?;
     for _ in 0..STEPS {
         let contrast = model.contrast();
+        let scene = Scene::new(&model, size, noise);
+        // The model is less exact where edges blur into each other.
+        let uneven = limits::UNEVEN * if scene.overlapping { 1.0 } else { 0.5 };
         let gate = Gate {
             few: false,
             misfit: limits::MISFIT * contrast + SIGMAS * noise,
             far: limits::UNEVEN * contrast,
-            excess: 0.5 * limits::UNEVEN * contrast,
+            excess: uneven * contrast,
             noise,
         };
-        let scene = Scene::new(&model, size, noise);
         let pass = pass(&scene, edges, pool, origin, &gate);
         let solved = pass.arrow.solve()?;
         let moved = model.take(&solved.step(), size)?;
