@@ -49,6 +49,7 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+mod appearance;
 mod arcs;
 mod camera;
 mod candidate;

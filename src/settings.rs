@@ -244,6 +244,8 @@ pub(crate) mod limits {
     pub const RATIO_TOLERANCE: f32 = 0.04;
     /// What an edge displacement adds to it, times the inner semi-minor axis, px.
     pub const RATIO_TOLERANCE_EDGE: f32 = 0.25;
+    /// A ratio that comes this near to that limit is not taken for the wanted one.
+    pub const RATIO_DISTRUST: f32 = 0.02;
     /// The same for the arcs of a ring of segments, whose ellipses are guesses.
     pub const CODE_RATIO: f32 = 0.06;
     /// A mark in the middle is not a circle of the target: smallest ratio accepted where ratios are measured.

@@ -9,6 +9,7 @@
 mod choose;
 mod combine;
 mod ellipse;
+mod joint;
 mod known;
 mod origin;
 mod sectors;
@@ -28,6 +29,7 @@ use combine::{Centre, combine, measured_perspective, significant};
 use ellipse::fit;
 pub(crate) use ellipse::{Fitted, FittedList};
 use heapless::Vec;
+use joint::joint;
 use known::known;
 pub(crate) use origin::Origin;
 pub(crate) use sectors::PARTS;
@@ -47,28 +49,38 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     }
     let edges = Edges { edges: &edges, origin };
     let pool = &mut scanner.pool;
-    let levels = Levels::first(&edges, pool, BLUR_GUESS).ok_or(Reject::LowContrast)?;
-    check_contrast(&levels)?;
-    let mut blur = edge::measure_blur(&edges, pool, &levels);
-    let mut levels = levels.refined(&edges, pool, &blur).ok_or(Reject::LowContrast)?;
-    check_contrast(&levels)?;
+    let about = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
+    let (fitted, light) = match joint(&edges, pool, &about) {
+        Some(whole) => whole,
+        None => disturbed(&edges, pool, &about)?,
+    };
+    let circles = choose(&fitted, settings, scanner.width())?;
+    assemble(&circles, settings, &light, &about)
+}
+
+/// The fitted ellipses and the light of a target of which not everything is seen, or in front of which something is.
+fn disturbed(edges: &Edges<'_>, pool: &mut Pool<'_>, origin: &Origin) -> Result<(FittedList, Light), Reject> {
+    let levels = Levels::first(edges, pool, BLUR_GUESS).ok_or(Reject::LowContrast)?;
+    check_contrast(levels.contrast())?;
+    let mut blur = edge::measure_blur(edges, pool, &levels);
+    let mut levels = levels.refined(edges, pool, &blur).ok_or(Reject::LowContrast)?;
+    check_contrast(levels.contrast())?;
     let disturbed =
         |levels: &Levels, blur: &Blur| levels.noise > limits::DISTURBED * blur.noise * levels.contrast();
     for _ in 0..LEVEL_PASSES {
         if !disturbed(&levels, &blur) {
             break;
         }
-        blur = edge::measure_blur(&edges, pool, &levels);
-        levels = levels.refined(&edges, pool, &blur).ok_or(Reject::LowContrast)?;
-        check_contrast(&levels)?;
+        blur = edge::measure_blur(edges, pool, &levels);
+        levels = levels.refined(edges, pool, &blur).ok_or(Reject::LowContrast)?;
+        check_contrast(levels.contrast())?;
     }
     if disturbed(&levels, &blur) {
         levels = levels.disturbed();
     }
-    let origin = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
-    let fitted = fit_all(&edges, pool, &levels, blur.sigma, &origin)?;
-    let circles = choose(&fitted, settings, scanner.width())?;
-    assemble(&circles, settings, &Light::new(&levels, blur.sigma, &circles), &origin)
+    let fitted = fit_all(edges, pool, &levels, blur.sigma, origin)?;
+    let light = Light::new(&levels, blur.sigma, fitted.first());
+    Ok((fitted, light))
 }
 
 /// The outermost outline of the chain that can be a circle of a target. What is around it and open by itself is none, nor are
@@ -123,9 +135,9 @@ fn collect(head: u16, origin: (u16, u16), scanner: &Scanner<'_>) -> Result<Vec<E
     Ok(edges)
 }
 
-fn check_contrast(levels: &Levels) -> Result<(), Reject> {
+fn check_contrast(contrast: f32) -> Result<(), Reject> {
     // Also refuses NaN.
-    if levels.contrast() >= f32::from(limits::MIN_CONTRAST) { Ok(()) } else { Err(Reject::LowContrast) }
+    if contrast >= f32::from(limits::MIN_CONTRAST) { Ok(()) } else { Err(Reject::LowContrast) }
 }
 
 /// Fits every edge. Those that are no ellipse are left out; an error if less than two remain.
@@ -166,16 +178,24 @@ pub(crate) struct Light {
 }
 
 impl Light {
-    fn new(levels: &Levels, blur: f32, circles: &FittedList) -> Self {
-        let outer = circles.first().map(|outer| outer.adjusted.shape).unwrap_or_default();
+    fn new(levels: &Levels, blur: f32, outer: Option<&Fitted>) -> Self {
+        let outer = outer.map(|outer| outer.adjusted.shape).unwrap_or_default();
         Self {
             contrast: levels.contrast(),
             noise: levels.noise,
             blur,
             clipped: levels.clipped,
             plane: levels.plane_variance(&outer, blur),
-            edge_variance: levels.edge_variance(blur),
+            edge_variance: Self::edge_variance(levels.contrast(), levels.noise, blur),
         }
+    }
+
+    /// Variance of an edge point, px^2, that the noise gives where the edge has a blur of `blur` px: the bound for samples
+    /// 1 px apart along it, and for a wide edge that for four samples in its middle.
+    pub fn edge_variance(contrast: f32, noise: f32, blur: f32) -> f32 {
+        let share = noise / contrast;
+        // 2 sqrt(pi) blur, and blur^2 / (4 density(0)^2).
+        share * share * blur * 3.545f32.max(1.571 * blur)
     }
 }
 

@@ -28,8 +28,19 @@ impl Sectors {
 
     /// The bit of the sector of a point in the frame where the ellipse is the unit circle.
     pub fn sector(&self, u: f32, v: f32) -> u128 {
+        1 << self.index(u, v)
+    }
+
+    fn index(&self, u: f32, v: f32) -> u32 {
         let turn = math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI) + 1.0;
-        1 << ((turn * self.1 as f32) as u32 & (self.1 - 1))
+        (turn * self.1 as f32) as u32 & (self.1 - 1)
+    }
+
+    /// Marks the sector as one with an edge in it. Gives the sixteenth of a turn that it is in.
+    pub fn mark(&mut self, u: f32, v: f32) -> usize {
+        let index = self.index(u, v);
+        self.0 |= 1 << index;
+        (16 * index / self.1.max(1)) as usize
     }
 
     /// The same without those beside a gap. A single empty sector is none: where the outline bends most there may be no point
