@@ -84,7 +84,7 @@ impl<'s> Detector<'s> {
             }
             _ => (),
         }
-        self.scanner.begin(width, height);
+        self.scanner.begin(width, height, self.settings.px_per_run);
         let summary = Summary { width, height, ..Summary::default() };
         Ok(Scan { detector: self, waiting: Waiting::EMPTY, summary, observer })
     }
