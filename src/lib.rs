@@ -71,6 +71,7 @@ mod settings;
 mod storage;
 mod summary;
 pub mod target;
+pub mod track;
 
 pub use camera::{Camera, CameraError, Distortion};
 pub use code::{Code, Reading};
