@@ -12,6 +12,7 @@
 mod crossings;
 mod kernel;
 mod link;
+mod noise;
 mod outlines;
 mod rows;
 mod runs;

@@ -11,23 +11,22 @@
 //! calm surroundings nothing else is done to it, and its pixels are all taken to be on one side.
 
 use super::kernel::{self, Line, MOST, ONES, TOP, WORDS};
+use super::noise::Noise;
 use super::rows::{BLOCK_ROWS, Rows};
-use crate::settings::limits;
+
+#[cfg(test)]
+mod tests;
 
 /// Width of a strip, px.
 pub(crate) const STRIP: usize = 4 * WORDS;
 /// Bytes needed for the strips, in widths of the frame.
 pub(crate) const STRIP_WIDTHS: usize = 2;
-/// Ranges of half grey levels told apart by the noise figure.
-const RANGES: usize = 32;
 /// Cells whose ranges make a noise figure.
 const CELLS_WANTED: u16 = 64;
 /// Blocks in one of which a strip tells of the noise though it is calm ...
 const CHOSEN_BLOCKS: u16 = 2;
 /// ... and from one such strip to the next, times that: coprime to most numbers of strips.
 const CHOSEN_STEP: usize = 11;
-/// Fractional bits of the noise figure.
-const NOISE_BITS: u32 = 4;
 /// Rows of a block with samples.
 const SAMPLED: [u16; 2] = [1, 3];
 
@@ -60,7 +59,7 @@ const SIDE: u32 = 1 << 5;
 const ACTIVE: u32 = RESTLESS | STEP_RIGHT | STEP_LEFT;
 
 /// Smallest and largest samples of the cells of a strip.
-type Extremes = [u32; 2];
+pub(super) type Extremes = [u32; 2];
 /// Those of nothing.
 const NOTHING: Extremes = [MOST, 0];
 /// No strip.
@@ -150,7 +149,7 @@ impl<'s> Strips<'s> {
         // Where nearly all are restless it is for the noise.
         let crowded = 2 * usize::from(restless.count) >= 7 * self.count;
         if crowded && self.blocks > 0 {
-            (self.noise.ranges, self.noise.count) = (restless.ranges, restless.count);
+            self.noise.replace(&restless);
         }
         if crowded || self.noise.count >= CELLS_WANTED {
             self.noise.settle();
@@ -345,151 +344,4 @@ fn thresholds(held: u32, low: u32, high: u32, contrast: u8) -> u32 {
     let (up, down) = (kernel::max(held, above), kernel::min(held, below));
     let kept = kernel::select(kernel::at_least(middle, held), down, up);
     kernel::select(kernel::at_least(high - low, contrast), middle, kept)
-}
-
-/// What noise makes of cells without edges.
-#[derive(Clone, Copy, Debug)]
-struct Noise {
-    /// Cells by the difference of their samples.
-    ranges: [u16; RANGES],
-    count: u16,
-    /// The range that one cell in eight stays below: even on a crowded board that many are flat.
-    figure: u16,
-    /// Smallest difference of half levels that counts as an edge.
-    contrast: u8,
-}
-
-impl Noise {
-    const NONE: Self =
-        Self { ranges: [0; RANGES], count: 0, figure: 0, contrast: limits::MIN_CONTRAST.div_ceil(2) };
-
-    fn add(&mut self, [low, high]: Extremes) {
-        for range in (high - low).to_le_bytes() {
-            if let Some(count) = self.ranges.get_mut(usize::from(range)) {
-                *count += 1;
-            }
-            self.count += 1;
-        }
-    }
-
-    fn settle(&mut self) {
-        if self.count == 0 {
-            return;
-        }
-        let wanted = self.count / 8 + 1;
-        let mut seen = 0;
-        let mut figure = (RANGES as u16) << NOISE_BITS;
-        for (range, &count) in self.ranges.iter().enumerate() {
-            if seen + count >= wanted {
-                // A range stands for those half a level below and above it.
-                let share = ((wanted - seen) << NOISE_BITS) / count.max(1);
-                figure = (((range as u16) << NOISE_BITS) + share).saturating_sub(1 << (NOISE_BITS - 1));
-                break;
-            }
-            seen += count;
-        }
-        self.figure = if self.figure == 0 { figure } else { self.figure - self.figure / 4 + figure / 4 };
-        let contrast = (u32::from(self.figure) * limits::CONTRAST_TO_NOISE) >> (NOISE_BITS + 1);
-        self.contrast = contrast.clamp(u32::from(limits::MIN_CONTRAST / 2), 127) as u8;
-        (self.ranges, self.count) = ([0; RANGES], 0);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    extern crate std;
-    use super::super::rows::KEPT_BLOCKS;
-    use super::*;
-    use std::vec;
-
-    /// About Gaussian, from the sum of twelve.
-    fn noise(seed: &mut u32) -> f32 {
-        let mut uniform = || {
-            *seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (*seed >> 8) as f32 / (1 << 24) as f32 - 0.5
-        };
-        (0..12).map(|_| uniform()).sum()
-    }
-
-    /// Calls `check` for each resolved block with its first row.
-    fn scan(
-        width: usize,
-        height: usize,
-        level: impl Fn(usize, usize) -> u8,
-        mut check: impl FnMut(&Strips<'_>, usize),
-    ) {
-        let (mut kept, mut data) = (vec![0; KEPT_BLOCKS * width], vec![0; width]);
-        let (mut rows, mut strips) = (Rows::new(&mut kept), Strips::new(&mut data));
-        rows.begin(width as u16, height as u16);
-        strips.begin(width as u16);
-        for y in 0..height {
-            rows.push(&(0..width).map(|x| level(x, y)).collect::<vec::Vec<_>>());
-            if rows.block_complete() {
-                strips.measure(&rows);
-                if y > 4 {
-                    strips.resolve(&rows);
-                    check(&strips, y - 7);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn the_least_contrast_is_ten_sigmas_of_the_noise() {
-        for sigma in [0.0f32, 1.5, 2.0, 3.0, 5.0, 8.0] {
-            let mut seed = 5;
-            let pixels: vec::Vec<u8> =
-                (0..320 * 200).map(|_| (150.0 + sigma * noise(&mut seed)).round() as u8).collect();
-            let mut last = 0;
-            scan(
-                320,
-                200,
-                |x, y| pixels[320 * y + x],
-                |strips, _| {
-                    last = strips.min_contrast();
-                },
-            );
-            let expected = (10.4 * sigma).max(10.0);
-            assert!((f32::from(last) - expected).abs() <= 0.15 * expected, "sigma {sigma}: {last}");
-        }
-    }
-
-    /// A disc of every size in every place is dark where it is, to the blur of a pixel, and nothing else is.
-    #[test]
-    fn pixels_are_dark_where_the_picture_is() {
-        for (cx, cy, radius) in [
-            (40.3, 30.1, 4.5f32),
-            (63.9, 35.7, 5.0),
-            (65.2, 33.0, 12.0),
-            (80.0, 50.0, 33.3),
-            (95.5, 61.0, 45.0),
-        ] {
-            let reach = |x: usize, y: usize| (x as f32 - cx).hypot(y as f32 - cy) - radius;
-            let level = |x: usize, y: usize| (120.0 + 80.0 * reach(x, y).clamp(-1.0, 1.0)) as u8;
-            let mut dark_pixels = 0;
-            scan(192, 128, level, |strips, first| {
-                for row in 0..BLOCK_ROWS {
-                    let mut side = 0;
-                    let mut of_interest = strips.dark(row).peekable();
-                    for x in (0..192).step_by(STRIP) {
-                        let dark = of_interest.next_if(|(at, _)| usize::from(*at) == x);
-                        let dark = dark.map_or(side, |(_, dark)| dark);
-                        side = if dark >> 31 != 0 { !0 } else { 0 };
-                        for i in 0..STRIP {
-                            let is_dark = dark >> i & 1 != 0;
-                            dark_pixels += u32::from(is_dark);
-                            let reach = reach(x + i, first + row);
-                            assert!(
-                                reach.abs() < 1.0 || is_dark == (reach < 0.0),
-                                "{} {}",
-                                x + i,
-                                first + row
-                            );
-                        }
-                    }
-                }
-            });
-            assert!((dark_pixels as f32 / (core::f32::consts::PI * radius * radius) - 1.0).abs() < 0.1);
-        }
-    }
 }
