@@ -74,7 +74,7 @@ pub mod target;
 pub mod track;
 
 pub use camera::{Camera, CameraError, Distortion};
-pub use code::{Code, Reading};
+pub use code::{Code, CodeError, Reading};
 pub use detector::{
     Detection, Detector, FrameError, Image, MAX_HEIGHT, MAX_WIDTH, MIN_SIZE, Rest, RowError, Scan, Targets,
 };

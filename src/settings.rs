@@ -190,15 +190,6 @@ pub enum SettingsError {
         /// How many were given.
         given: usize,
     },
-    /// An id that the code does not have.
-    Id {
-        /// The id given.
-        given: u16,
-        /// Largest one of the code.
-        max: u16,
-    },
-    /// A code without ids.
-    NoIds,
 }
 
 impl fmt::Display for SettingsError {
@@ -214,8 +205,6 @@ impl fmt::Display for SettingsError {
             Self::RatioCount { given } => {
                 write!(f, "{given} ratios given: 1..={} inner circles are possible", MAX_SPEC_CIRCLES - 1)
             }
-            Self::Id { given, max } => write!(f, "id {given} is outside 1..={max}"),
-            Self::NoIds => write!(f, "no id given: a code needs one at least"),
         }
     }
 }

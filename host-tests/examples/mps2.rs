@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
 use concentric_host::link::protocol::Frame;
-use concentric_host::link::{ELF, Head, Serial, sample_frames};
+use concentric_host::link::{Head, MPS2_AN386, Serial, sample_frames};
 use concentric_host::picture::Picture;
 
 /// Runs the camera head in QEMU: it measures the images and sends its reports to whoever connects to its serial port.
@@ -47,12 +47,13 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> Result<()> {
-    let elf = env::var_os(ELF)
-        .with_context(|| format!("{ELF} does not name a firmware; use `cargo xtask mps2`"))?;
+    let variable = MPS2_AN386.elf;
+    let elf = env::var_os(variable)
+        .with_context(|| format!("{variable} does not name a firmware; use `cargo xtask mps2`"))?;
     let frames = frames(&args.images)?;
     println!("The head boots as soon as somebody listens to its serial port. In another terminal:");
     println!("\n    cargo run --release -- monitor tcp:127.0.0.1:{}\n", args.port);
-    let mut head = Head::boot(&PathBuf::from(elf), Serial::Served(args.port))?;
+    let mut head = Head::boot(MPS2_AN386, &PathBuf::from(elf), Serial::Served(args.port))?;
     let settings = Frame {
         width: 0,
         height: 0,

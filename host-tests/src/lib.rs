@@ -17,3 +17,4 @@ pub mod render;
 pub mod risk;
 pub mod sheet;
 pub mod table;
+pub mod workload;

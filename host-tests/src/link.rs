@@ -22,12 +22,43 @@ use protocol::{
     words_in_row,
 };
 
-/// Environment variable that names the firmware's ELF file.
-pub const ELF: &str = "CONCENTRIC_MPS2_ELF";
+/// A board that QEMU emulates.
+#[derive(Clone, Copy, Debug)]
+pub struct Machine {
+    /// Environment variable that names the firmware's ELF file.
+    pub elf: &'static str,
+    qemu: &'static str,
+    arguments: &'static [&'static str],
+    /// Its name for QEMU.
+    name: &'static str,
+    /// Bytes of the memory that has the mailbox, and where that begins in it.
+    memory: u64,
+    mailbox: u64,
+}
 
-/// The emulator.
-const QEMU: &str = "qemu-system-arm";
-/// Bytes of the board's memory that serves as mailbox.
+/// A Cortex-M4F.
+pub const MPS2_AN386: Machine = Machine {
+    elf: "CONCENTRIC_MPS2_AN386_ELF",
+    qemu: "qemu-system-arm",
+    arguments: &["-semihosting-config", "enable=on,target=native"],
+    name: "mps2-an386",
+    memory: MAILBOX_BYTES,
+    mailbox: 0,
+};
+/// A Cortex-M7.
+pub const MPS2_AN500: Machine =
+    Machine { elf: "CONCENTRIC_MPS2_AN500_ELF", name: "mps2-an500", ..MPS2_AN386 };
+/// A RISC-V core without floating-point unit.
+pub const RISCV_VIRT: Machine = Machine {
+    elf: "CONCENTRIC_RISCV_VIRT_ELF",
+    qemu: "qemu-system-riscv32",
+    arguments: &["-bios", "none", "-m", "32M"],
+    name: "virt",
+    memory: 2 * MAILBOX_BYTES,
+    mailbox: MAILBOX_BYTES,
+};
+
+/// Bytes of the mailbox of every board.
 const MAILBOX_BYTES: u64 = 16 << 20;
 /// Longest wait for a head that should be at work. Nothing here takes a hundredth of it.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -57,36 +88,39 @@ pub enum Serial {
 
 /// A camera head in QEMU. Dropping it stops the emulator.
 pub struct Head {
+    machine: Machine,
     qemu: Child,
-    mailbox: File,
+    memory: File,
     serial: Option<TcpStream>,
     orders: u32,
     folder: TempDir,
 }
 
 impl Head {
-    /// Boots the firmware `elf` in QEMU and waits until it is ready.
+    /// Boots the firmware `elf` on `machine` and waits until it is ready.
     ///
     /// # Errors
     /// QEMU is not there, does not start, or the firmware does not come up within a minute of its start.
-    pub fn boot(elf: &Path, serial: Serial) -> Result<Self> {
+    pub fn boot(machine: Machine, elf: &Path, serial: Serial) -> Result<Self> {
         ensure!(elf.is_file(), "{}: no such firmware", elf.display());
         let folder = tempfile::Builder::new().prefix("concentric-head-").tempdir()?;
-        let path = folder.path().join("mailbox");
-        let mailbox = File::options().read(true).write(true).create_new(true).open(&path)?;
-        mailbox.set_len(MAILBOX_BYTES)?;
+        let path = folder.path().join("memory");
+        let memory = File::options().read(true).write(true).create_new(true).open(&path)?;
+        memory.set_len(machine.memory)?;
         let listener = TcpListener::bind("127.0.0.1:0").context("no local TCP port")?;
         let (port, server) = match serial {
             Serial::Here => (listener.local_addr()?.port(), ""),
             Serial::Served(port) => (port, ",server=on,wait=on"),
         };
-        let memory = format!(
-            "memory-backend-file,id=mailbox,size={MAILBOX_BYTES},share=on,mem-path={}",
+        let backend = format!(
+            "memory-backend-file,id=memory,size={},share=on,mem-path={}",
+            machine.memory,
             path.display()
         );
-        let qemu = Command::new(QEMU)
-            .args(["-machine", "mps2-an386,memory-backend=mailbox", "-object", &memory])
-            .args(["-semihosting-config", "enable=on,target=native", "-display", "none", "-monitor", "none"])
+        let qemu = Command::new(machine.qemu)
+            .args(["-machine", &format!("{},memory-backend=memory", machine.name), "-object", &backend])
+            .args(machine.arguments)
+            .args(["-display", "none", "-monitor", "none"])
             .args(["-serial", &format!("tcp:127.0.0.1:{port}{server}"), "-kernel"])
             .arg(elf)
             .stdin(Stdio::null())
@@ -96,8 +130,8 @@ impl Head {
                 Serial::Served(_) => Stdio::inherit(),
             })
             .spawn()
-            .with_context(|| format!("cannot start {QEMU}"))?;
-        let mut head = Self { qemu, mailbox, serial: None, orders: 0, folder };
+            .with_context(|| format!("cannot start {}", machine.qemu))?;
+        let mut head = Self { machine, qemu, memory, serial: None, orders: 0, folder };
         if serial == Serial::Here {
             head.serial = Some(head.accept(&listener)?);
             head.wait_for(READY, MAGIC, Some(PATIENCE)).context("the firmware does not come up")?;
@@ -113,7 +147,19 @@ impl Head {
     /// # Errors
     /// The frame does not fit the mailbox, the head refuses it, or does not answer within a minute.
     pub fn measure(&mut self, frame: Frame, pixels: &[u8]) -> Result<Answer> {
-        let (width, height) = (frame.width as usize, frame.height as usize);
+        self.measure_by(Order::Measure(frame), (frame.width, frame.height), pixels)
+    }
+
+    /// The same with the settings that are in force.
+    ///
+    /// # Errors
+    /// As [`measure`](Self::measure).
+    pub fn measure_as_set(&mut self, (width, height): (u32, u32), pixels: &[u8]) -> Result<Answer> {
+        self.measure_by(Order::MeasureAsSet { width, height }, (width, height), pixels)
+    }
+
+    fn measure_by(&mut self, order: Order, (width, height): (u32, u32), pixels: &[u8]) -> Result<Answer> {
+        let (width, height) = (width as usize, height as usize);
         ensure!(pixels.len() == width * height, "{} pixels for a frame of {width}x{height}", pixels.len());
         let stride = words_in_row(width) * 4;
         let room = MAILBOX_BYTES as usize - PIXELS * 4;
@@ -128,7 +174,7 @@ impl Head {
             }
         }
         self.put(PIXELS, &rows)?;
-        let answer = self.order(Order::Measure(frame))?;
+        let answer = self.order(order)?;
         ensure!(answer.outcome == Outcome::Done, "the head refuses the frame: {}", answer.outcome.reason());
         Ok(answer)
     }
@@ -155,6 +201,15 @@ impl Head {
             .read_exact(&mut bytes)
             .with_context(|| format!("the head did not send the {length} bytes of a report"))?;
         Ok(bytes)
+    }
+
+    /// Sends bytes to the head.
+    ///
+    /// # Errors
+    /// The port leads elsewhere, or is closed.
+    pub fn tell(&mut self, bytes: &[u8]) -> Result<()> {
+        let serial = self.serial.as_mut().context("the serial port leads to another program")?;
+        Ok(serial.write_all(bytes)?)
     }
 
     /// Ends the firmware with this status; gives the emulator's exit status and what the serial port still held.
@@ -196,7 +251,8 @@ impl Head {
             self.check_running()?;
             ensure!(
                 began.elapsed() < PATIENCE,
-                "{QEMU} does not open its serial port; the log says: {:?}",
+                "{} does not open its serial port; the log says: {:?}",
+                self.machine.qemu,
                 self.log()
             );
             thread::sleep(POLL);
@@ -220,7 +276,9 @@ impl Head {
 
     fn check_running(&mut self) -> Result<()> {
         match self.qemu.try_wait()? {
-            Some(ended) => bail!("{QEMU} ended by itself, {ended}; the log says: {:?}", self.log()),
+            Some(ended) => {
+                bail!("{} ended by itself, {ended}; the log says: {:?}", self.machine.qemu, self.log())
+            }
             None => Ok(()),
         }
     }
@@ -232,14 +290,14 @@ impl Head {
 
     fn words<const N: usize>(&mut self, first: usize) -> Result<[u32; N]> {
         let mut bytes = [[0; 4]; N];
-        self.mailbox.seek(SeekFrom::Start(first as u64 * 4))?;
-        self.mailbox.read_exact(bytes.as_flattened_mut())?;
+        self.memory.seek(SeekFrom::Start(self.machine.mailbox + first as u64 * 4))?;
+        self.memory.read_exact(bytes.as_flattened_mut())?;
         Ok(bytes.map(u32::from_le_bytes))
     }
 
     fn put(&mut self, first: usize, bytes: &[u8]) -> Result<()> {
-        self.mailbox.seek(SeekFrom::Start(first as u64 * 4))?;
-        Ok(self.mailbox.write_all(bytes)?)
+        self.memory.seek(SeekFrom::Start(self.machine.mailbox + first as u64 * 4))?;
+        Ok(self.memory.write_all(bytes)?)
     }
 }
 

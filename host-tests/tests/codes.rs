@@ -6,9 +6,14 @@ use common::detect_with;
 use concentric::{Code, Image, Settings, Target, TargetSpec, code};
 use concentric_host::{
     layout::CodeName,
-    measure::px,
-    render::{Artwork, Camera, CodeRing, Frame, Pose, Scene, Target as Printed, Tone},
+    measure::{distance, px},
+    render::{
+        Artwork, Camera, CodeRing, Cover, Frame, Occluder, Pose, Scene, Target as Printed, Texture, Tone,
+    },
 };
+use rand_distr::{Distribution, Uniform};
+use rand_pcg::{Pcg64, rand_core::SeedableRng};
+use rayon::prelude::*;
 
 /// A dark annulus of ratio 0.5 and this outer semi-major axis, px, in the middle of a frame around it.
 fn scene(radius: f64, tilt: f64, azimuth: f64) -> Scene {
@@ -62,4 +67,161 @@ fn every_id_is_read() {
         }
     }
     assert!(failures.is_empty(), "{} failures\n{}", failures.len(), failures.join("\n"));
+}
+
+/// Frames of a test: the number in this variable, or few.
+fn frames(variable: &str, few: u64) -> u64 {
+    std::env::var(variable).ok().map_or(few, |text| text.parse().expect("a number of frames"))
+}
+
+struct Random(Pcg64);
+
+impl Random {
+    fn new(seed: u64) -> Self {
+        Self(Pcg64::seed_from_u64(seed))
+    }
+
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        Uniform::new(low, high).unwrap().sample(&mut self.0)
+    }
+
+    fn of<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[self.within(0.0, choices.len() as f64) as usize]
+    }
+}
+
+/// A coded target of a random id, tilt up to 60 degrees, with segments from 3 px on, under noise 5; and its id.
+fn random_coded(seed: u64) -> (Scene, CodeName, u16) {
+    let mut random = Random::new(seed);
+    let name = random.of(&[CodeName::Cct14, CodeName::Cct12, CodeName::Five]);
+    let ids: Vec<u16> = name.code().ids().collect();
+    let id = random.of(&ids);
+    let tilt = random.within(0.0, 60.0);
+    // The least side of a segment is its width across the ring, seen at the tilt.
+    let least = 3.0 / f64::from(code::OUTER - code::INNER) / tilt.to_radians().cos();
+    let radius = least * random.within(1.0, 2.0);
+    let mut scene =
+        coded(scene(radius, tilt, random.within(0.0, 360.0)), name, id, random.within(0.0, 360.0));
+    scene.photometry.noise = 5.0;
+    if random.within(0.0, 1.0) < 0.5 {
+        scene.paper = Tone::Dark;
+        scene.targets[0].artwork.ink = Tone::Light;
+    }
+    let pose = &mut scene.targets[0].pose;
+    (pose.x, pose.y) = (pose.x + random.within(-0.5, 0.5), pose.y + random.within(-0.5, 0.5));
+    (scene, name, id)
+}
+
+/// `CONCENTRIC_CODED=100000` for many.
+#[test]
+fn ids_are_right_at_any_tilt() {
+    let count = frames("CONCENTRIC_CODED", 3000);
+    let failures: Vec<_> = (0..count)
+        .into_par_iter()
+        .filter_map(|seed| {
+            let (scene, name, id) = random_coded(seed);
+            let spec = if scene.paper == Tone::Dark { spec().light() } else { spec() };
+            let targets = read(&scene.render(seed), Settings::new(spec).code(name.code()));
+            let found: Vec<_> = targets.iter().map(|target| target.code.map(|code| code.id)).collect();
+            let Pose { tilt, .. } = scene.targets[0].pose;
+            let radius = scene.targets[0].artwork.radii[0];
+            (found != [Some(id)])
+                .then(|| format!("{seed}: {name:?} {id}, tilt {tilt:.1}, radius {radius:.1}: {found:?}"))
+        })
+        .collect();
+    println!("{} of {count} coded targets identified", count as usize - failures.len());
+    assert!(failures.is_empty(), "{} failures\n{}", failures.len(), failures.join("\n"));
+}
+
+/// Clutter and uncoded rings; in every other frame spots and strips of ink lie where the segments of a code would be.
+fn random_clutter(seed: u64) -> Scene {
+    let mut random = Random::new(seed);
+    let mut scene = Scene::many(2, 200, 150, false, seed).expect("two targets fit");
+    scene.photometry.noise = random.within(0.0, 5.0);
+    if seed % 2 == 0 {
+        for _ in 0..7 {
+            // As many as there is room for.
+            let _ = scene.scatter(1, random.within(0.0, 1e15) as u64);
+        }
+    } else {
+        for target in 0..scene.targets.len() {
+            let (centre, radius) = scene.targets[target].extent(&scene.camera);
+            for _ in 0..random.within(2.0, 12.0) as u32 {
+                let (turn, out) = (random.within(0.0, std::f64::consts::TAU), random.within(1.3, 1.9));
+                let (x, y) = (centre.x + out * radius * turn.cos(), centre.y + out * radius * turn.sin());
+                let size = radius * random.within(0.1, 0.4);
+                let direction = random.within(0.0, 180.0);
+                let cover = if random.within(0.0, 1.0) < 0.5 {
+                    Cover::Disc { x, y, radius: size }
+                } else {
+                    Cover::Strip { x, y, width: size, length: 3.0 * size, direction }
+                };
+                scene.occluders.push(Occluder { cover, tone: 0.0 });
+            }
+        }
+    }
+    if random.within(0.0, 1.0) < 0.5 {
+        let amplitude = random.within(0.1, 0.9);
+        scene.texture = Some(Texture { amplitude, scale: random.within(4.0, 30.0), seed });
+    }
+    scene
+}
+
+/// `CONCENTRIC_CLUTTER=100000` for many.
+#[test]
+fn nothing_without_a_code_has_an_id() {
+    let count = frames("CONCENTRIC_CLUTTER", 2000);
+    let codes = [CodeName::Cct14, CodeName::Cct12, CodeName::Five];
+    let (wrong, targets) = (0..count)
+        .into_par_iter()
+        .map(|seed| {
+            let frame = random_clutter(seed).render(seed);
+            let name = codes[(seed / 2 % 3) as usize];
+            let found = read(&frame, Settings::new(TargetSpec::any()).code(name.code()));
+            let ids = found.iter().filter_map(|target| target.code);
+            let wrong: Vec<_> = ids.map(|code| format!("{seed}: {name:?} {code:?}")).collect();
+            (wrong, found.len())
+        })
+        .reduce(|| (Vec::new(), 0), |(a, n), (b, m)| ([a, b].concat(), n + m));
+    println!("{} ids in {count} frames with {targets} targets, none of them coded", wrong.len());
+    assert!(
+        targets as u64 > count,
+        "most rings must be found for this to mean anything: {targets} in {count}"
+    );
+    assert!(wrong.is_empty(), "{} wrong ids\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// Errors of the centres of the same targets with a code and without one.
+#[test]
+fn a_code_costs_no_accuracy() {
+    for (radius, tilt) in [(10.0, 20.0), (15.0, 45.0), (15.0, 60.0), (24.0, 40.0)] {
+        let count = 300;
+        let error = |with: bool, seed: u64| {
+            let (mut one, ..) = (scene(radius, tilt, 13.0 * seed as f64), ());
+            one.targets[0].pose.x += (seed as f64 * 0.618).fract();
+            one.targets[0].pose.y += (seed as f64 * 0.414).fract();
+            if with {
+                one = coded(one, CodeName::Cct14, (seed % 516 + 1) as u16, 29.0 * seed as f64);
+            }
+            let frame = one.render(seed);
+            let targets = read(&frame, Settings::new(spec()).code(Code::cct14()));
+            assert_eq!(targets.len(), 1, "radius {radius} tilt {tilt} seed {seed}");
+            let truth = &frame.truth.targets[0];
+            let variance = targets[0].covariance.xx + targets[0].covariance.yy;
+            (distance(px(targets[0].centre), [truth.x, truth.y]), f64::from(variance))
+        };
+        let of = |with: bool| {
+            let errors: Vec<_> = (0..count).into_par_iter().map(|seed| error(with, seed)).collect();
+            let mean = |f: &dyn Fn(&(f64, f64)) -> f64| {
+                (errors.iter().map(f).sum::<f64>() / errors.len() as f64).sqrt()
+            };
+            (mean(&|(error, _)| error * error), mean(&|(_, variance)| *variance))
+        };
+        let (plain, coded) = (of(false), of(true));
+        println!(
+            "radius {radius} px, tilt {tilt}: plain {:.4} px (sigma {:.4}), coded {:.4} px (sigma {:.4})",
+            plain.0, plain.1, coded.0, coded.1
+        );
+        assert!(coded.0 < 1.05 * plain.0 && coded.1 < 1.05 * plain.1, "radius {radius} tilt {tilt}");
+    }
 }

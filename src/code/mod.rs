@@ -18,7 +18,7 @@ mod table;
 
 pub use read::read;
 
-use crate::settings::SettingsError;
+use core::fmt;
 use table::{COUNT_14, WORDS_12, WORDS_14, rotated};
 
 /// Inner radius of the segments, in outer radii of the target.
@@ -70,6 +70,33 @@ pub struct Reading {
     pub margin: f32,
 }
 
+/// Ids that make no [`Code`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum CodeError {
+    /// An id that the code does not have.
+    Id {
+        /// The id given.
+        given: u16,
+        /// Largest one of the code.
+        max: u16,
+    },
+    /// No id at all.
+    NoIds,
+}
+
+impl fmt::Display for CodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Id { given, max } => write!(f, "id {given} is outside 1..={max}"),
+            Self::NoIds => write!(f, "no id given: a code needs one at least"),
+        }
+    }
+}
+
+impl core::error::Error for CodeError {}
+
 const fn all_up_to(count: usize) -> [u32; SET] {
     let mut ids = [0; SET];
     let mut id = 1;
@@ -118,17 +145,17 @@ impl Code {
     /// differ in four segments, two where they differ in six.
     ///
     /// # Errors
-    /// [`SettingsError::Id`] for an id that this code does not have; [`SettingsError::NoIds`] if none is given.
-    pub fn only(&self, ids: &[u16]) -> Result<Self, SettingsError> {
+    /// [`CodeError::Id`] for an id that this code does not have; [`CodeError::NoIds`] if none is given.
+    pub fn only(&self, ids: &[u16]) -> Result<Self, CodeError> {
         if ids.is_empty() {
-            return Err(SettingsError::NoIds);
+            return Err(CodeError::NoIds);
         }
         let mut code = Self { ids: [0; SET], ..*self };
         for &id in ids {
             let max = self.words().len() as u16;
             match code.ids.get_mut(usize::from(id) / 32) {
                 Some(set) if (1..=max).contains(&id) => *set |= 1 << (id % 32),
-                _ => return Err(SettingsError::Id { given: id, max }),
+                _ => return Err(CodeError::Id { given: id, max }),
             }
         }
         code.repairs = code.repairable();

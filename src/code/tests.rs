@@ -107,10 +107,10 @@ fn what_can_be_repaired_follows_from_the_ids() {
 
 #[test]
 fn ids_that_do_not_exist_are_refused() {
-    assert_eq!(Code::cct14().only(&[]), Err(SettingsError::NoIds));
+    assert_eq!(Code::cct14().only(&[]), Err(CodeError::NoIds));
     for (code, given, max) in [(Code::cct14(), 0, 516), (Code::cct14(), 517, 516), (Code::cct12(), 148, 147)]
     {
-        assert_eq!(code.only(&[1, given]), Err(SettingsError::Id { given, max }));
+        assert_eq!(code.only(&[1, given]), Err(CodeError::Id { given, max }));
     }
     assert!(!Code::cct12().has(148) && !Code::cct12().has(u16::MAX) && Code::cct12().word(0).is_none());
 }

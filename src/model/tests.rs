@@ -216,6 +216,25 @@ fn eq_8_neglects_what_the_slope_of_the_distortion_makes() {
     assert_eq!(lens.distort((0.0, 0.0)), (0.0, 0.0));
 }
 
+/// Radial and decentring terms are the camera's.
+#[test]
+fn lens_is_that_of_the_camera() {
+    use crate::{Camera, Distortion, Position};
+    let distortion = Distortion { k1: -0.2, k2: 0.05, p1: 3e-3, p2: -2e-3, k3: 0.01 };
+    let camera = Camera::new(1000.0, 1000.0, 0.0, 0.0).unwrap().distortion(distortion).unwrap();
+    let lens = Lens { radial: [-0.2, 0.05, 0.01], decentring: [3e-3, -2e-3], affine: [0.0; 2] };
+    for (x, y) in [(300, -200), (-150, 420), (10, 350)] {
+        let scale = Position::SCALE;
+        let seen = camera.distort(Position { x: x * scale, y: y * scale }).unwrap();
+        let (u, v) = lens.distort((f64::from(x) / 1000.0, f64::from(y) / 1000.0));
+        let off = distance((1000.0 * u, 1000.0 * v), {
+            let scale = f64::from(scale);
+            (f64::from(seen.x) / scale, f64::from(seen.y) / scale)
+        });
+        assert!(off < 1e-4, "{off}");
+    }
+}
+
 #[test]
 fn sine_and_cosine_are_those_of_libm() {
     let (s, c) = Real::sin_cos(0.7f64);

@@ -8,7 +8,10 @@ use crate::steps::Tally;
 /// Is the code formatted?
 pub fn fmt(root: &Root, tally: &mut Tally) -> Result<()> {
     tally.run(&mut root.cargo(&["fmt", "--all", "--check"]));
-    tally.run(&mut root.cargo(&["fmt", "--manifest-path", "examples/mps2/Cargo.toml", "--check"]));
+    for package in ["mailbox-head", "mps2", "riscv-softcore", "rp2350", "stm32h7"] {
+        let manifest = format!("examples/{package}/Cargo.toml");
+        tally.run(&mut root.cargo(&["fmt", "--manifest-path", &manifest, "--check"]));
+    }
     Ok(())
 }
 

@@ -5,6 +5,7 @@ use std::process::Command;
 use anyhow::{Result, bail};
 
 use crate::Root;
+use crate::stack;
 use crate::steps::{self, Tally, output_of};
 use crate::toolchain::{Target, Toolchain};
 
@@ -62,6 +63,7 @@ pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
     for emulator in [Emulator::Arm, Emulator::Riscv32] {
         tally.check(emulator.ensure());
     }
+    tally.check(stack::ensure_disassembler());
     Ok(())
 }
 

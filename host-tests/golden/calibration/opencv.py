@@ -12,11 +12,12 @@ import cv2
 import numpy as np
 
 folder = Path(__file__).parent
-boards = json.loads((folder / "points.json").read_text())["boards"]
+points = json.loads((folder / "points.json").read_text())
+layout = np.array(points["layout"], np.float32)
 answers = []
-for board in boards:
+for board in points["boards"]:
     size = (board["width"], board["height"])
-    objects = [np.array(view["object"], np.float32) for view in board["views"]]
+    objects = [layout[view["target"]] for view in board["views"]]
     images = [np.array(view["image"], np.float32) for view in board["views"]]
     done = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 1000, 1e-15)
     rms, matrix, terms, *_ = cv2.calibrateCamera(objects, images, size, None, None, criteria=done)

@@ -27,6 +27,26 @@ pub fn homography(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<Matrix3<f64>
     (stretches.min() > REGULAR * stretches.max()).then(|| h / h.norm())
 }
 
+/// The affine map that takes each first place nearest to the second, as a homography. `None` if they lie on a line.
+pub fn affinity(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<Matrix3<f64>> {
+    let from = normalisation(pairs.iter().map(|pair| pair.0.data.0[0]))?;
+    let rows =
+        pairs.iter().map(|(source, _)| Vector2::from(from.apply(source.data.0[0])).push(1.0).transpose());
+    let system = DMatrix::from_fn(pairs.len(), 3, {
+        let rows: Vec<_> = rows.collect();
+        move |row, column| rows[row][column]
+    });
+    let images = DMatrix::from_fn(pairs.len(), 2, |row, axis| pairs[row].1[axis]);
+    let svd = SVD::new(system, true, true);
+    let values = &svd.singular_values;
+    if values.len() < 3 || values[2] < REGULAR * values[0] {
+        return None;
+    }
+    let solution = svd.solve(&images, 0.0).ok()?;
+    let h = Matrix3::from_fn(|i, j| if i < 2 { solution[(j, i)] } else { f64::from(u8::from(j == 2)) });
+    Some(h * from.matrix())
+}
+
 /// The projection matrix that takes points of space to the image, by the same method. `None` for fewer than six pairs, or
 /// if the points lie on a plane or another surface that leaves it open.
 pub fn projection(pairs: &[(Vector3<f64>, Vector2<f64>)]) -> Option<Matrix3x4<f64>> {

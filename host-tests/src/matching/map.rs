@@ -3,12 +3,15 @@
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Matrix3, Owned, Rotation3, SVector, Vector2, Vector3};
 
-use super::{homography::homography, plane::Plane};
+use super::{
+    homography::{affinity, homography},
+    plane::Plane,
+};
 
 /// Radial terms, at the end of the parameters.
 const RADIAL: usize = 2;
-/// The radial terms are expected to be below this (at half the frame's diagonal the lens then moves a point by as much of
-/// that) unless the points say otherwise, ...
+/// The radial terms (by how much of that the lens moves a point at half the frame's diagonal) and the perspective of a plane
+/// (relative change of depth from its middle to its end) are expected to be below this unless the points say otherwise, ...
 const USUAL: f64 = 0.2;
 /// ... where a share of half the diagonal of this size counts as an error of a point.
 const ERROR: f64 = 1e-3;
@@ -71,7 +74,7 @@ impl Map {
             .iter()
             .map(|&(x, image)| (plane.coordinates(x) / self.reach, self.frame.normalise(image)))
             .collect();
-        let h = homography(&normalised)?.transpose();
+        let h = homography(&normalised).or_else(|| affinity(&normalised))?.transpose();
         let mut parameters = DVector::zeros(8 + RADIAL);
         for (parameter, entry) in parameters.iter_mut().zip(h.iter().take(8)) {
             *parameter = entry / h[(2, 2)];
@@ -162,14 +165,23 @@ impl Map {
     }
 
     fn residuals(&self, pairs: &[Pair]) -> DVector<f64> {
-        let mut residuals = DVector::zeros(2 * pairs.len() + RADIAL);
+        let expected = self.expected_small();
+        let mut residuals = DVector::zeros(2 * pairs.len() + expected.len());
         for (index, &(x, image)) in pairs.iter().enumerate() {
             let shift = self.image(x).0 - self.frame.normalise(image);
             residuals.fixed_rows_mut::<2>(2 * index).copy_from(&shift);
         }
-        let radial = self.parameters.rows(self.parameters.len() - RADIAL, RADIAL) * (ERROR / USUAL);
-        residuals.rows_mut(2 * pairs.len(), RADIAL).copy_from(&radial);
+        for (row, index) in (2 * pairs.len()..).zip(expected) {
+            residuals[row] = self.parameters[index] * (ERROR / USUAL);
+        }
         residuals
+    }
+
+    /// The parameters that are small unless the points say otherwise.
+    fn expected_small(&self) -> Vec<usize> {
+        let radial = self.parameters.len() - RADIAL..self.parameters.len();
+        let perspective = if matches!(self.object, Object::Plane(_)) { 6..8 } else { 0..0 };
+        perspective.chain(radial).collect()
     }
 
     /// Infinite where a point would be behind the camera.

@@ -111,20 +111,26 @@ fn write(report: &Report, folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Tables 1 and 2 in short.
+/// The tables and the board in short.
 fn summary(report: &Report) -> String {
     let mut text = String::new();
     for (number, table) in (1..).zip(&report.tables) {
         let mut lines = Table::new(&["row", "printed", "ours", "uncorrected"]);
         for (row, _) in &table.rows {
-            lines.row(vec![
-                row.label.to_owned(),
-                row.printed.to_owned(),
-                row.rounded(),
-                format!("{:.3}", row.outer),
-            ]);
+            let uncorrected = format!("{:.3}", row.outer);
+            lines.row(vec![row.label.to_owned(), row.printed.to_owned(), row.rounded(), uncorrected]);
         }
         text += &format!("{}\n{lines}\n", paint(BOLD, &format!("Table {number}, px")));
     }
-    text
+    let header = ["noise", "found", "deviation", "largest", "eq. (7)", "eq. (3)", "pooled"];
+    let mut lines = Table::new(&header);
+    for level in &report.board.levels {
+        let spreads =
+            [level.deviation.rms, level.deviation.largest, level.eq7.rms, level.eq3.rms, level.pooled.rms];
+        let mut row = vec![format!("{:.0}", level.noise), level.found.to_string()];
+        row.extend(spreads.map(|px| format!("{:.2}", 1000.0 * px)));
+        lines.row(row);
+    }
+    let title = "Board: eq. (3) less eq. (7), and each less the true centre; one coordinate, mpx";
+    text + &format!("{}\n{lines}", paint(BOLD, title))
 }

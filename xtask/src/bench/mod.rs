@@ -14,6 +14,8 @@ use std::process::{Command, ExitCode};
 use anyhow::{Context, Result, anyhow, bail};
 
 use crate::Root;
+use crate::setup::Emulator;
+use crate::stack;
 use crate::steps::{Tally, output_of};
 use processor::{ALL, Processor};
 use results::{Measured, Results};
@@ -102,8 +104,13 @@ pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
 }
 
 fn measure(root: &Root, processors: &[Processor], quick: bool) -> Result<Results> {
-    for processor in processors {
-        processor.emulator.ensure()?;
+    for emulator in [Emulator::Arm, Emulator::Riscv32] {
+        if processors.iter().any(|processor| processor.emulator == emulator) {
+            emulator.ensure()?;
+        }
+    }
+    if let Err(error) = stack::ensure_disassembler() {
+        println!("the bound of the stack is not determined: {error:#}");
     }
     let emulator = output_of(Command::new(processors[0].emulator.program()).arg("--version"));
     let emulator = emulator.and_then(|text| text.lines().next().map(str::to_owned)).unwrap_or_default();

@@ -87,7 +87,7 @@ impl Job {
             heap: image.find(Forbidden::Heap).len(),
             f64: image.find(Forbidden::F64).len(),
         };
-        if let Some(bound) = stack::bound(&elf, &image, ENTRY) {
+        if let Some(bound) = stack::bound(&elf, &image, processor.package.target, ENTRY) {
             let stack = &mut measured.stack;
             stack.bound =
                 Some(bound.bytes).filter(|_| bound.unknown.is_empty() && bound.recursion.is_empty());

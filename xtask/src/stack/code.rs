@@ -22,11 +22,6 @@ impl<'i> Reader<'i> {
         self.constants.clear();
     }
 
-    /// Whether the operation calls, rather than jumps.
-    pub fn is_call(&self, operation: &str) -> bool {
-        ["bl", "jal", "jalr"].contains(&operation)
-    }
-
     /// Takes an instruction into account; gives the address that it calls or jumps to.
     pub fn read(
         &mut self,
@@ -40,12 +35,10 @@ impl<'i> Reader<'i> {
             Err(reason) => _ = function.unknown.insert(reason),
         }
         // `jr` and `bx` to another register than the one of the return are the jump tables of a `match`.
-        let register = operands.split(',').next_back().unwrap_or_default().trim();
-        let is_register = register.chars().all(|c| c.is_ascii_alphanumeric()) && !register.starts_with("0x");
-        if operation == "blx" || (operation == "jalr" && is_register) {
+        let target = self.target(operation, operands);
+        if ["blx", "jalr"].contains(&operation) && target.is_none() {
             function.unknown.insert(format!("calls through a pointer at {place:#x}"));
         }
-        let target = self.target(place, operation, operands);
         self.note_constant(place, operation, operands);
         target
     }
@@ -105,21 +98,16 @@ impl<'i> Reader<'i> {
         };
         match value {
             Some(value) => _ = self.constants.insert(register.to_owned(), value),
-            // A store, a comparison or a branch names the register first and leaves it alone.
-            None if ["s", "c", "b", "push"].iter().any(|start| operation.starts_with(start))
-                && !["sub", "sx", "sl", "sr", "sd", "c.", "bi", "bf"]
-                    .iter()
-                    .any(|start| operation.starts_with(start)) => {}
+            None if leaves_register(operation) => {}
             None => _ = self.constants.remove(register),
         }
     }
 
     /// The address that an instruction calls or jumps to.
-    fn target(&self, place: u64, operation: &str, operands: &str) -> Option<u64> {
-        _ = place;
-        if let Some(offset) = operands.strip_suffix(')').filter(|_| ["jalr", "jr"].contains(&operation)) {
-            let (offset, register) = offset.rsplit_once('(')?;
-            let offset = offset.rsplit(", ").next()?;
+    fn target(&self, operation: &str, operands: &str) -> Option<u64> {
+        if ["jalr", "jr"].contains(&operation) {
+            let last = operands.rsplit(", ").next()?;
+            let (offset, register) = last.trim_end_matches(')').split_once('(').unwrap_or(("0", last));
             return Some((self.constants.get(register)? + number(offset)?) as u64 & !1);
         }
         let is_jump = operation.starts_with('b') || operation.starts_with('j') || operation.starts_with("cb");
@@ -130,6 +118,19 @@ impl<'i> Reader<'i> {
             .ok()
             .map(|place| place & !1)
     }
+}
+
+/// Whether the first register of the operands keeps its value: in a store, a comparison, a branch.
+fn leaves_register(operation: &str) -> bool {
+    let stores = ["str", "stm", "sw", "sh", "sb", "push", "vstr", "vpush"];
+    let compares = ["cmp", "cmn", "tst", "teq", "cb", "b"];
+    let clears_bits = ["bic", "bfi", "bfc"].iter().any(|start| operation.starts_with(start));
+    !clears_bits && stores.iter().chain(&compares).any(|start| operation.starts_with(start))
+}
+
+/// Whether the operation calls, rather than jumps.
+pub fn is_call(operation: &str) -> bool {
+    ["bl", "jal", "jalr"].contains(&operation)
 }
 
 /// A number as the disassembler writes it.
@@ -205,6 +206,7 @@ mod tests {
         assert_eq!(read(&[("cbz", "r0, 0x7a <f+0x10> @ imm = #4")]).1, Some(0x7a));
         assert_eq!(read(&[("jal", "0x80001234 <f>")]).1, Some(0x8000_1234));
         assert_eq!(read(&[("auipc", "ra, 1"), ("jalr", "-4(ra)")]).1, Some(0x8000_0ffc));
+        assert_eq!(read(&[("auipc", "ra, 1"), ("jalr", "ra")]), (0, Some(0x8000_1000), 0));
         assert_eq!(read(&[("blx", "r3")]).2, 1);
         assert_eq!(read(&[("jalr", "a5")]).2, 1);
         assert_eq!(read(&[("bic", "r0, r1, #0x1 <f>")]).1, None);

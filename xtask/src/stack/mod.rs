@@ -6,21 +6,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
+use anyhow::{Result, bail};
+
 use crate::image::Image;
 use crate::setup::install_packages;
 use crate::steps::output_of;
+use crate::toolchain::Target;
 use code::Reader;
 
-/// The disassembler, by the names that distributions give it, and the package that it is in.
-const DISASSEMBLERS: [&str; 7] = [
-    "llvm-objdump",
-    "llvm-objdump-20",
-    "llvm-objdump-19",
-    "llvm-objdump-18",
-    "llvm-objdump-17",
-    "llvm-objdump-15",
-    "llvm-objdump-14",
-];
+/// The disassembler, and the package that it is in.
+const DISASSEMBLER: &str = "llvm-objdump";
 const PACKAGE: &str = "llvm";
 
 /// What a function does to the stack.
@@ -48,19 +43,27 @@ pub struct Bound {
     pub recursion: BTreeSet<String>,
 }
 
-/// The disassembler, installed if need be.
-pub fn disassembler() -> Option<&'static str> {
-    let find = || {
-        let runs = |name: &&str| output_of(Command::new(name).arg("--version")).is_some();
-        DISASSEMBLERS.into_iter().find(runs)
-    };
-    find().or_else(|| install_packages(&[PACKAGE]).then(find)?)
+/// Sees to it that the disassembler is there.
+///
+/// # Errors
+/// It is not and cannot be installed.
+pub fn ensure_disassembler() -> Result<()> {
+    let is_here = || output_of(Command::new(DISASSEMBLER).arg("--version")).is_some();
+    if !(is_here() || install_packages(&[PACKAGE]) && is_here()) {
+        bail!("no {DISASSEMBLER}: install it, on Debian or Ubuntu with `apt-get install {PACKAGE}`");
+    }
+    Ok(())
 }
 
 /// Bound of the stack below the function of this name; `None` without a disassembler or without such a function.
-pub fn bound(elf: &Path, image: &Image, root: &str) -> Option<Bound> {
-    let mut command = Command::new(disassembler()?);
-    let listing = output_of(command.args(["-d", "--no-show-raw-insn"]).arg(elf))?;
+pub fn bound(elf: &Path, image: &Image, target: Target, root: &str) -> Option<Bound> {
+    let mut command = Command::new(DISASSEMBLER);
+    command.args(["-d", "--no-show-raw-insn"]).arg(elf);
+    if target != Target::Rv32Imc {
+        // What the processors have beyond the least of their family.
+        command.arg("--mattr=+fp-armv8d16,+dsp");
+    }
+    let listing = output_of(&mut command)?;
     let functions = read(&listing, image);
     let mut walk = Walk { functions: &functions, known: BTreeMap::new(), bound: Bound::default() };
     let (bytes, chain) = walk.depth(image.function(root)?.start, &mut Vec::new());
@@ -84,15 +87,14 @@ fn read(listing: &str, image: &Image) -> BTreeMap<u64, Function> {
             reader.enter();
         }
         if let Some(function) = functions.get_mut(&start) {
+            if operation == "<unknown>" {
+                function.unknown.insert("has an unknown instruction".to_owned());
+            }
             let target = reader.read(place, operation, operands, function);
             // A jump within the function is no call; one to the start of another is a call without return.
-            if let Some(target) = target.filter(|&target| start_of(target) == Some(target) && target != start)
-            {
-                function.calls.insert(target);
-            }
-            if target == Some(start) && reader.is_call(operation) {
-                function.calls.insert(start);
-            }
+            let is_call = |target| target != start || code::is_call(operation);
+            let target = target.filter(|&target| start_of(target) == Some(target) && is_call(target));
+            function.calls.extend(target);
         }
     }
     functions
@@ -104,7 +106,7 @@ fn split(line: &str) -> Option<(u64, &str, &str)> {
     let place = u64::from_str_radix(place.trim(), 16).ok()?;
     let rest = rest.trim();
     let (operation, operands) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-    (!operation.is_empty() && !operation.starts_with('<')).then_some((place, operation, operands.trim()))
+    (!operation.is_empty() && !line.ends_with(">:")).then_some((place, operation, operands.trim()))
 }
 
 struct Walk<'f> {

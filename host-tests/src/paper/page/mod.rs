@@ -1,9 +1,10 @@
 //! The results as a page: printed values, ours, and the difference.
 
 mod board;
+mod short;
 
 use super::{
-    equations::{EXACT, SCENES},
+    equations::{self, EXACT, SCENES},
     lens,
     report::{Report, Table},
     simulation::{NOISES, PICTURES, Seen, number, other_grid},
@@ -63,6 +64,7 @@ pub fn page(report: &Report, shown: &[&str]) -> String {
     };
     [
         HEAD.to_owned(),
+        format!("\n## In short\n\n{}", short::table_of(report)),
         equations(report),
         format!("\n## Table 1 and figure 4: over the radius\n{TABLE_1}\n{}", table_1(first)),
         pictures(first),

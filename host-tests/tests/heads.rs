@@ -1,14 +1,18 @@
-//! The firmware on an emulated Cortex-M4F sends, byte for byte, what the desktop computes.
+//! The firmware on emulated boards (Cortex-M4F, Cortex-M7, RV32IMC) sends, byte for byte, what the desktop computes, and obeys
+//! commands.
 
 use std::env;
 use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use concentric::report::{HELLO_MAX_LEN, Hello, Report, max_len};
+use concentric::report::{
+    Answer, COMMAND_MAX_LEN, Command, Decoder, Detail, HELLO_MAX_LEN, Hello, Message, Outcome, Ratios,
+    Report, Request, max_len,
+};
 use concentric::{Detector, Image};
 use concentric_host::link::protocol::{Frame, HeadStorage, MAX_TARGETS, MAX_WIDTH, VERSION};
-use concentric_host::link::{ELF, Head, Serial, sample_frames};
+use concentric_host::link::{Head, MPS2_AN386, MPS2_AN500, Machine, RISCV_VIRT, Serial, sample_frames};
 use concentric_host::picture::Picture;
 use concentric_host::render::{Artwork, Camera, Scene, Shading, Style};
 
@@ -108,7 +112,7 @@ fn cases() -> Result<Vec<Case>> {
 /// What a desktop that measures the same frames sends.
 struct Desktop {
     storage: Box<HeadStorage>,
-    told: Option<u32>,
+    told: Option<Detail>,
 }
 
 impl Desktop {
@@ -119,9 +123,17 @@ impl Desktop {
     fn send(&mut self, seq: u32, case: &Case) -> Result<Vec<u8>> {
         let detail = case.frame.detail();
         let mut sent = Vec::new();
-        if self.told.replace(case.frame.detail) != Some(case.frame.detail) {
-            let mut bytes = [0; HELLO_MAX_LEN];
-            sent.extend_from_slice(Hello::new(VERSION, MAX_WIDTH as u16, detail).encode(&mut bytes)?);
+        let mut hello = |detail| -> Result<()> {
+            let hello = Hello::new(VERSION, MAX_WIDTH as u16, detail);
+            sent.extend_from_slice(hello.encode(&mut [0; HELLO_MAX_LEN])?);
+            Ok(())
+        };
+        // The first one after its reset, with the level that it starts with.
+        if self.told.is_none() {
+            hello(Detail::Terse)?;
+        }
+        if self.told.replace(detail).unwrap_or(Detail::Terse) != detail {
+            hello(detail)?;
         }
         let mut report = Report::<MAX_TARGETS>::new(detail);
         report.begin(seq);
@@ -137,16 +149,41 @@ impl Desktop {
     }
 }
 
-fn boot() -> Result<Head> {
-    let elf = env::var_os(ELF)
-        .with_context(|| format!("{ELF} does not name a firmware; use `cargo xtask qemu`"))?;
-    Head::boot(Path::new(&elf), Serial::Here)
+fn boot(machine: Machine) -> Result<Head> {
+    let elf = env::var_os(machine.elf)
+        .with_context(|| format!("{} does not name a firmware; use `cargo xtask qemu`", machine.elf))?;
+    Head::boot(machine, Path::new(&elf), Serial::Here)
 }
 
-#[test]
-#[ignore = "runs in QEMU: cargo xtask qemu"]
-fn twenty_frames_give_the_bytes_of_the_desktop() -> Result<()> {
-    let mut head = boot()?;
+/// The tests below, on a board.
+macro_rules! on {
+    ($board:ident, $machine:expr, $($test:ident)*) => {
+        mod $board {
+            $(
+                #[test]
+                #[ignore = "runs in QEMU: cargo xtask qemu"]
+                fn $test() -> anyhow::Result<()> {
+                    super::$test($machine)
+                }
+            )*
+        }
+    };
+}
+
+on!(mps2_an386, super::MPS2_AN386,
+    twenty_frames_give_the_bytes_of_the_desktop photographs_give_the_bytes_of_the_desktop
+    an_altered_block_of_pixels_gives_other_bytes the_log_is_the_one_beside_the_firmware
+    a_head_that_refuses_a_frame_says_why_and_takes_the_next
+    commands_change_the_next_report_and_damage_costs_only_itself);
+on!(mps2_an500, super::MPS2_AN500,
+    twenty_frames_give_the_bytes_of_the_desktop a_head_that_refuses_a_frame_says_why_and_takes_the_next);
+on!(riscv_virt, super::RISCV_VIRT,
+    twenty_frames_give_the_bytes_of_the_desktop photographs_give_the_bytes_of_the_desktop
+    an_altered_block_of_pixels_gives_other_bytes a_head_that_refuses_a_frame_says_why_and_takes_the_next
+    commands_change_the_next_report_and_damage_costs_only_itself);
+
+fn twenty_frames_give_the_bytes_of_the_desktop(machine: Machine) -> Result<()> {
+    let mut head = boot(machine)?;
     let mut desktop = Desktop::new();
     let cases = cases()?;
     assert_eq!(cases.len(), 20);
@@ -171,16 +208,14 @@ fn twenty_frames_give_the_bytes_of_the_desktop() -> Result<()> {
     Ok(())
 }
 
-#[test]
-#[ignore = "runs in QEMU: cargo xtask qemu"]
-fn photographs_give_the_bytes_of_the_desktop() -> Result<()> {
+fn photographs_give_the_bytes_of_the_desktop(machine: Machine) -> Result<()> {
     let Some(folder) = env::var_os("CONCENTRIC_PHOTOS") else {
         // Not by `eprintln!`, which the test harness keeps back from a test that passes.
         writeln!(io::stderr(), "photographs skipped: set CONCENTRIC_PHOTOS to their folder")?;
         return Ok(());
     };
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder);
-    let (mut head, mut desktop) = (boot()?, Desktop::new());
+    let (mut head, mut desktop) = (boot(machine)?, Desktop::new());
     let photographs = [("cctag-01.png", 4), ("ringgrid-board.png", 1), ("openmv-apriltags.pgm", 0)];
     for (seq, (name, least)) in (1..).zip(photographs) {
         let picture = Picture::read(&folder.join(name))?;
@@ -193,10 +228,8 @@ fn photographs_give_the_bytes_of_the_desktop() -> Result<()> {
     Ok(())
 }
 
-#[test]
-#[ignore = "runs in QEMU: cargo xtask qemu"]
-fn an_altered_block_of_pixels_gives_other_bytes() -> Result<()> {
-    let mut head = boot()?;
+fn an_altered_block_of_pixels_gives_other_bytes(machine: Machine) -> Result<()> {
+    let mut head = boot(machine)?;
     let scene = Scene::single(40.0, 60.0, 30.0, [0.3, 0.7]);
     let original = Case::rendered("original", HALF, &scene);
     let mut altered = Case::rendered("altered", HALF, &scene);
@@ -215,10 +248,8 @@ fn an_altered_block_of_pixels_gives_other_bytes() -> Result<()> {
     Ok(())
 }
 
-#[test]
-#[ignore = "runs in QEMU: cargo xtask qemu"]
-fn the_log_is_the_one_beside_the_firmware() -> Result<()> {
-    let mut head = boot()?;
+fn the_log_is_the_one_beside_the_firmware(machine: Machine) -> Result<()> {
+    let mut head = boot(machine)?;
     for picture in sample_frames()? {
         let Case { frame, pixels, .. } = Case::new("sample", HALF, picture.width as u32, picture.pixels);
         let answer = head.measure(frame, &pixels)?;
@@ -229,10 +260,8 @@ fn the_log_is_the_one_beside_the_firmware() -> Result<()> {
     Ok(())
 }
 
-#[test]
-#[ignore = "runs in QEMU: cargo xtask qemu"]
-fn a_head_that_refuses_a_frame_says_why_and_takes_the_next() -> Result<()> {
-    let mut head = boot()?;
+fn a_head_that_refuses_a_frame_says_why_and_takes_the_next(machine: Machine) -> Result<()> {
+    let mut head = boot(machine)?;
     let good = Case::new("good", ANY, 64, vec![200; 64 * 48]);
     let refusals = [
         (Frame { width: 2049, ..good.frame }, "wider than 2048 px"),
@@ -248,5 +277,49 @@ fn a_head_that_refuses_a_frame_says_why_and_takes_the_next() -> Result<()> {
     assert_eq!(head.report(answer.length)?, Desktop::new().send(4, &good)?);
     let (status, _) = head.exit(7)?;
     assert_eq!(status.code(), Some(7));
+    Ok(())
+}
+
+/// The next message of the head and its length.
+fn next_answer(head: &mut Head) -> Result<(Answer, u32)> {
+    let mut decoder = Decoder::<64>::new();
+    let mut length = 0;
+    loop {
+        length += 1;
+        let byte = head.report(1)?[0];
+        match decoder.push(byte).transpose()? {
+            Some(Message::Answer(answer)) => return Ok((answer, length)),
+            Some(Message::Frame(frame)) => anyhow::bail!("frame {} instead of an answer", frame.head.seq),
+            Some(Message::Hello(_)) | None => {}
+        }
+    }
+}
+
+fn commands_change_the_next_report_and_damage_costs_only_itself(machine: Machine) -> Result<()> {
+    let encode = |tag, request| -> Result<Vec<u8>> {
+        Ok(Command { tag, request }.encode(&mut [0; COMMAND_MAX_LEN])?.to_vec())
+    };
+    let half = Ratios::from_slice(&[32768]).map_err(|_| anyhow::anyhow!("too many"))?;
+    let ratio = encode(1, Request::Ratios(half))?;
+    let detail = encode(2, Request::Detail(Detail::Full))?;
+    // Half a command, and noise: the separator in front of the next command ends them.
+    let told = [&ratio[..8], &ratio, &[0x55; 100], &detail].concat();
+    let expected = [(0, Outcome::Damaged), (1, Outcome::Done), (0, Outcome::Damaged), (2, Outcome::Done)];
+    let mut head = boot(machine)?;
+    let mut read = 0;
+    head.tell(&told)?;
+    for (tag, outcome) in expected {
+        let (answer, length) = next_answer(&mut head)?;
+        read += length;
+        assert_eq!((answer.tag, answer.outcome), (tag, outcome));
+    }
+    // The desktop's bytes for the same settings, without the hellos, which were sent with the answers.
+    let case = Case::rendered("one tilted target", HALF, &Scene::single(40.0, 60.0, 30.0, [0.3, 0.7]));
+    let answer = head.measure_as_set((case.frame.width, case.frame.height), &case.pixels)?;
+    assert_eq!(answer.targets, 1);
+    let mut desktop = Desktop::new();
+    desktop.told = Some(Detail::Full);
+    assert_eq!(head.report(answer.length - read)?, desktop.send(1, &case)?);
+    head.exit(0)?;
     Ok(())
 }

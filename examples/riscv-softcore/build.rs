@@ -1,0 +1,15 @@
+//! Links with the memory map beside this file.
+
+use std::path::Path;
+
+fn main() {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    println!("cargo:rustc-link-search={}", package.display());
+    println!("cargo:rustc-link-arg-bins=-Tmemory.x");
+    println!("cargo:rustc-link-arg-bins=-Tlink.x");
+    // Tells `cargo xtask firmware` who calls what must not be called.
+    println!("cargo:rustc-link-arg-bins=--emit-relocs");
+    // Sections need no padding to a page: the image is not loaded by an operating system.
+    println!("cargo:rustc-link-arg-bins=--nmagic");
+    println!("cargo:rerun-if-changed={}", package.join("memory.x").display());
+}
