@@ -134,7 +134,7 @@ impl<'s> Strips<'s> {
         let mut restless = Noise::NONE;
         let mut i = 0;
         loop {
-            let Self { data, count, blocks, .. } = &mut *self;
+            let Self { data, noise, count, blocks, .. } = &mut *self;
             // Every other word, and the others in the next block.
             let calm = if blocks.is_multiple_of(2) { calm::<0> } else { calm::<1> };
             let strips = strips_mut(data, *count);
@@ -144,6 +144,7 @@ impl<'s> Strips<'s> {
             age(strip);
             let extremes = kernel::extremes(a, b);
             restless.add(extremes);
+            noise.add(extremes);
             take(strip, extremes, contrast);
         }
         // Where nearly all are restless it is for the noise.
