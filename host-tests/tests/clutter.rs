@@ -56,12 +56,7 @@ fn targets_left_of_noise_boards_and_stripes_are_found() {
         let (targets, summary) = run(&frame, Settings::DEFAULT_PX_PER_RUN);
         println!("{what}: {} of {whole}, {:?}", targets.len(), summary.dropped);
         assert!(whole >= 4, "no test");
-        // Noise raises the least contrast in its rows, too, which may cost one.
-        assert!(
-            targets.len() + usize::from(what == "noise") >= whole,
-            "{what}: {} of {whole}",
-            targets.len()
-        );
+        assert!(targets.len() >= whole, "{what}: {} of {whole}", targets.len());
         assert!(summary.dropped.runs > 0 || what != "noise", "{what}");
     }
 }
