@@ -86,7 +86,7 @@ impl<'s> Detector<'s> {
             _ => (),
         }
         log!(debug, "frame of {} x {} px", width, height);
-        self.scanner.begin(width, height);
+        self.scanner.begin(width, height, self.settings.px_per_run);
         let summary = Summary { width, height, ..Summary::default() };
         Ok(Scan { detector: self, waiting: Waiting::EMPTY, summary, observer })
     }

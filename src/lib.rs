@@ -73,6 +73,7 @@ mod settings;
 mod storage;
 mod summary;
 pub mod target;
+pub mod track;
 
 pub use camera::{Camera, CameraError, Distortion};
 pub use code::{Code, CodeError, Reading};

@@ -53,7 +53,7 @@ impl<'a, 's> Linker<'a, 's> {
     ) -> Self {
         let (width, height, pushed) = (rows.width(), rows.height(), rows.pushed());
         let min_step = i32::from(min_contrast) / 2;
-        let rows = rows.from_row(i32::from(first) - i32::from(REACH));
+        let rows = rows.rows_after(i32::from(first) - i32::from(REACH));
         Self {
             rows,
             width,
