@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::candidate::{self, Waiting};
+use crate::log::log;
 use crate::measure::measure;
 use crate::reject::{Observer, Reject, Rejected};
 use crate::scan::{NONE, Scanner};
@@ -84,7 +85,8 @@ impl<'s> Detector<'s> {
             }
             _ => (),
         }
-        self.scanner.begin(width, height);
+        log!(debug, "frame of {} x {} px", width, height);
+        self.scanner.begin(width, height, self.settings.px_per_run);
         let summary = Summary { width, height, ..Summary::default() };
         Ok(Scan { detector: self, waiting: Waiting::EMPTY, summary, observer })
     }
@@ -161,6 +163,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
             }
             self.free(head);
             if let Ok(target) = measured {
+                log!(trace, "target at {}", target.centre);
                 self.summary.targets = self.summary.targets.saturating_add(1);
                 return Some(target);
             }
@@ -174,6 +177,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
     }
 
     fn reject(&mut self, label: u16, cause: Reject) {
+        log!(trace, "outline {} is no target: {}", label, cause);
         self.summary.rejected.add(cause);
         if let Some(outline) = self.detector.scanner.outlines.get(label) {
             let (x, y) = candidate::origin(outline);
@@ -231,7 +235,9 @@ impl<O: Observer> Rest<'_, '_, O> {
     /// What the frame came to. Targets that were not taken from the iterator are measured and counted, but lost.
     pub fn summary(mut self) -> Summary {
         while self.next().is_some() {}
-        self.scan.summary()
+        let summary = self.scan.summary();
+        log!(debug, "frame done: {}", summary);
+        summary
     }
 }
 

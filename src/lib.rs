@@ -49,6 +49,7 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+mod appearance;
 mod arcs;
 mod camera;
 mod candidate;
@@ -60,6 +61,7 @@ mod edge;
 mod fit;
 #[cfg(feature = "hal")]
 pub mod head;
+mod log;
 mod math;
 mod measure;
 pub mod model;
@@ -71,6 +73,7 @@ mod settings;
 mod storage;
 mod summary;
 pub mod target;
+pub mod track;
 
 pub use camera::{Camera, CameraError, Distortion};
 pub use code::{Code, CodeError, Reading};

@@ -131,12 +131,26 @@ pub struct Settings {
     pub camera: Option<Camera>,
     /// The code that targets may carry, if any.
     pub code: Option<Code>,
+    /// Pixels of the frame for each dark run of a row that may be followed, on average; 0: any number. Clutter and noise beyond
+    /// that are dropped, the finest first, and counted in [`Dropped::runs`](crate::Dropped::runs); a frame that they use up is
+    /// searched for no arcs either. That bounds the work. [`DEFAULT_PX_PER_RUN`](Self::DEFAULT_PX_PER_RUN) at first.
+    pub px_per_run: u16,
 }
 
 impl Settings {
+    /// A frame of 320 x 240 px may have 2400 runs: 60 annuli of 9 px radius have 1600.
+    pub const DEFAULT_PX_PER_RUN: u16 = 32;
+
     /// Settings for `spec` with the exact compensation.
     pub const fn new(spec: TargetSpec) -> Self {
-        Self { spec, compensation: Compensation::Exact, camera: None, code: None }
+        let px_per_run = Self::DEFAULT_PX_PER_RUN;
+        Self { spec, compensation: Compensation::Exact, camera: None, code: None, px_per_run }
+    }
+
+    /// The same with another bound of the work that clutter makes.
+    pub const fn px_per_run(mut self, px: u16) -> Self {
+        self.px_per_run = px;
+        self
     }
 
     /// The same with another compensation.
@@ -246,6 +260,8 @@ pub(crate) mod limits {
     pub const RATIO_TOLERANCE_EDGE: f32 = 0.25;
     /// Relative tolerance for a ring in whose gap there is paper: with other ratios it is a letter C.
     pub const OPEN_RATIO: f32 = 0.03;
+    /// A ratio that comes this near to that limit is not taken for the wanted one.
+    pub const RATIO_DISTRUST: f32 = 0.02;
     /// The same for the arcs of a ring of segments, whose ellipses are guesses.
     pub const CODE_RATIO: f32 = 0.06;
     /// A mark in the middle is not a circle of the target: smallest ratio accepted where ratios are measured.

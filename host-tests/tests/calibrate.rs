@@ -21,7 +21,7 @@ fn view(draw: &mut Draw, objects: &[[f64; 3]], pose: &Pose, radius: f64, noise: 
     let camera = Intrinsics::from_array(WIDE);
     let placed = Placed::new(pose, Vector3::z());
     let point = |&object: &[f64; 3]| {
-        let exact = camera.project(&placed.ellipse_centre(&object.into(), radius).0);
+        let exact = placed.seen_centre(&camera, &object.into(), radius);
         let root = Matrix2::new(
             draw.between(0.002, 0.02),
             0.0,

@@ -9,8 +9,8 @@ use common::{detect, errors};
 use concentric::{Target, TargetSpec};
 use concentric_host::render::{Artwork, Mark, Scene, Shading, Style};
 
-/// Goal of the pooled RMS distance from the truth at noise 2, px.
-const POOLED_RMS: f64 = 0.010;
+/// Largest pooled RMS distance from the truth at noise 2, px; the bound is 0.0039.
+const POOLED_RMS: f64 = 0.0055;
 
 fn ring() -> TargetSpec {
     TargetSpec::ring(0.5).expect("0.5 is a ratio")
@@ -216,7 +216,7 @@ fn shading_neither_hides_a_target_nor_moves_it() {
     println!("shading 30 %: RMS {:.4} px, even light {:.4} px", rms(&all.centre), rms(&even.centre));
     all.assert_complete("shading");
     // A fixed threshold would be 57 mpx off for each 10 %.
-    assert!(rms(&all.centre) < 1.5 * rms(&even.centre), "{} {}", rms(&all.centre), rms(&even.centre));
+    assert!(rms(&all.centre) < 1.25 * rms(&even.centre), "{} {}", rms(&all.centre), rms(&even.centre));
 }
 
 #[test]

@@ -26,7 +26,7 @@ pub(super) struct Point {
 
 /// Difference of the levels on both sides of a crossing.
 fn step(crossing: &Crossing) -> u16 {
-    let [a, b, c, d] = crossing.near.map(u16::from);
+    let [_, a, b, c, d, _] = crossing.near.map(u16::from);
     (a + b).abs_diff(c + d)
 }
 
@@ -34,7 +34,7 @@ impl Point {
     pub fn new(crossing: &Crossing, origin: (u16, u16)) -> Self {
         let x = (i32::from(crossing.x) - i32::from(origin.0)) as f32;
         let y = (i32::from(crossing.y()) - i32::from(origin.1)) as f32;
-        let [n0, n1, n2, n3] = crossing.near.map(f32::from);
+        let [_, n0, n1, n2, n3, _] = crossing.near.map(f32::from);
         let step = n2 - n1;
         // Between the two inner samples, at u = -1 and 0.
         let share = if step == 0.0 { 0.5 } else { ((0.5 * (n0 + n3) - n1) / step).clamp(0.0, 1.0) };

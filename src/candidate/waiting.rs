@@ -37,7 +37,8 @@ impl Waiting {
         cause: Option<Reject>,
         scanner: &mut Scanner<'_>,
     ) -> bool {
-        if self.searches == 0 || !broken::is_worth_a_search(outline, cause.unwrap_or(Reject::NotElliptic)) {
+        let worth = broken::is_worth_a_search(outline, cause.unwrap_or(Reject::NotElliptic));
+        if self.searches == 0 || !worth || !scanner.budget.is_ample() {
             return false;
         }
         self.searches -= 1;
@@ -117,7 +118,7 @@ impl Waiting {
             let head = self.take(&mut scanner.outlines, |_, outline| outline.ready <= rows)?;
             let outline = *scanner.outlines.get(head)?;
             let complete = outline.inner != NONE && (outline.moments.area > 0) == dark;
-            if complete || self.searches == 0 {
+            if complete || self.searches == 0 || !scanner.budget.is_ample() {
                 return Some(head);
             }
             match broken::find_around(head, rows, scanner) {

@@ -7,6 +7,7 @@ use super::Real;
 /// their applications to camera calibration", IEEE PAMI 27(4)). Only the single root is calculated by itself: the
 /// others nearly coincide, so each is lost in noise, but not their mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Pencil<T> {
     /// Ratio of the radii, inner / outer.
     pub ratio: T,

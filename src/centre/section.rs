@@ -8,6 +8,7 @@ use super::Real;
 /// s, of second order, with two solutions (Kanatani and Liu 1993, "3D interpretation of conics and orthogonality", CVGIP:
 /// Image Underst. 58(3); there by the eigenvectors of the cone, which f32 cannot tell apart for a small circle).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sight<T> {
     /// L^-1 = ((e0, e1), (0, e2)), px.
     e: (T, T, T),
@@ -24,6 +25,7 @@ pub struct Sight<T> {
 
 /// A plane on which an ellipse is the image of a circle.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Section<T> {
     /// The true centre from the ellipse's centre, px.
     pub centre: (T, T),
@@ -33,6 +35,7 @@ pub struct Section<T> {
 
 /// What a vanishing line leaves of the [`Sight`]'s two equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Misfit<T> {
     /// (a, b): the ellipse would be the image of a circle if its conic were q'q - 1 + a (u^2 - v^2) + 2 b u v.
     pub stretch: (T, T),

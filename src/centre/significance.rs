@@ -19,6 +19,7 @@ use super::Real;
 /// No covariance that follows from the correction alone is right at every eccentricity. The one here is right to 10 % (with a
 /// ratio of 0.5) from an eccentricity of 2 standard deviations on; below it is too large, in the end 1.6 times.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Significance<T> {
     /// Share of the correction that is made, 0 to 1.
     pub share: T,

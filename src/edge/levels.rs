@@ -84,14 +84,6 @@ impl Levels {
         self.bright - self.dark
     }
 
-    /// Variance of an edge point, px^2, that the noise gives where the edge has a blur of `sigma` px: the bound for samples
-    /// 1 px apart along it, and for a wide edge that for four samples in its middle.
-    pub fn edge_variance(&self, sigma: f32) -> f32 {
-        let share = self.noise / self.contrast();
-        // 2 sqrt(pi) sigma, and sigma^2 / (4 density(0)^2).
-        share * share * sigma * 3.545f32.max(1.571 * sigma)
-    }
-
     /// Variance, px^2, that the uncertainty of the plane gives to either coordinate of the centre of `outer`, whose edge has
     /// a blur of `sigma` px. A plane that is wrong by g per px moves the edge at x by g x (middle level) / (slope of the
     /// edge), and so the ellipse towards one side; the mean over the two directions is taken.

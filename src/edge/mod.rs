@@ -17,8 +17,8 @@ pub(crate) use place::{Blur, measure_blur, place};
 use crate::fit::Shape;
 use crate::math;
 use crate::scan::{Axis, Crossing, CrossingList, Outline};
-pub(crate) use profile::normal;
-use profile::{Blurred, mean_tail};
+use profile::Blurred;
+pub(crate) use profile::{mean_tail, normal};
 
 /// Crossings of an outline that are used for the blur and for a first look at the levels.
 const FEW: u16 = 16;
@@ -59,7 +59,7 @@ impl Edge {
 
     /// Every how many crossings one is taken for what the whole target shares: an odd number, because a row leaves one on
     /// the left and one on the right, and an even one would take only one side.
-    fn stride(&self) -> usize {
+    pub fn stride(&self) -> usize {
         usize::from(self.crossings.len() / FEW) | 1
     }
 }
@@ -143,7 +143,7 @@ impl Views {
     fn local(&self, crossing: &Crossing) -> Option<Local> {
         let x = (i32::from(crossing.x) - self.origin.0) as f32;
         let y = (i32::from(crossing.y()) - self.origin.1) as f32;
-        let [n0, n1, n2, n3] = crossing.near.map(i32::from);
+        let [_, n0, n1, n2, n3, _] = crossing.near.map(i32::from);
         let rising = n2 + n3 > n0 + n1;
         let sign = if rising { 1.0 } else { -1.0 };
         let (passage, axis) = match crossing.axis() {
@@ -210,11 +210,12 @@ impl View {
 impl Local {
     /// The near samples in order of growing lightness: places towards light from (x, y), and levels.
     fn near(&self, crossing: &Crossing) -> ([f32; 4], [f32; 4]) {
-        self.towards_light([-2.0, -1.0, 0.0, 1.0], crossing.near.map(f32::from))
+        let [_, a, b, c, d, _] = crossing.near.map(f32::from);
+        self.towards_light([-2.0, -1.0, 0.0, 1.0], [a, b, c, d])
     }
 
     fn outer(&self, crossing: &Crossing) -> Outer {
-        let ([a, _, _, d], [before, after]) = (crossing.near.map(f32::from), crossing.far());
+        let ([_, a, _, _, d, _], [before, after]) = (crossing.near.map(f32::from), crossing.far());
         let ((before, first), (after, last)) = (before.mean(), after.mean());
         let (first, levels) = self.towards_light([-4.0, -2.0, 1.0, 3.0], [first, a, d, last]);
         let pixels = if self.sign() > 0.0 { [before, 1.0, 1.0, after] } else { [after, 1.0, 1.0, before] };

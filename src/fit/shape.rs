@@ -35,10 +35,15 @@ impl Shape {
         dx * (self.axx * dx + self.axy * dy) + dy * (self.axy * dx + self.ayy * dy)
     }
 
+    /// A d.
+    pub fn product(&self, (dx, dy): (f32, f32)) -> (f32, f32) {
+        (self.axx * dx + self.axy * dy, self.axy * dx + self.ayy * dy)
+    }
+
     /// A (p - c) at `(x, y)`: the direction of the outward normal, and the vector p - c.
     pub fn gradient(&self, x: f32, y: f32) -> ((f32, f32), (f32, f32)) {
-        let (dx, dy) = (x - self.cx, y - self.cy);
-        ((self.axx * dx + self.axy * dy, self.axy * dx + self.ayy * dy), (dx, dy))
+        let from = (x - self.cx, y - self.cy);
+        (self.product(from), from)
     }
 
     /// Signed distance of `(x, y)`, px, positive outside: exact for a circle and near the ellipse. `None` at the centre.

@@ -7,6 +7,7 @@ use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 
 /// A pin or delay that a board does not have: the light that is never seen, the trigger that never comes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Absent;
 
 impl ErrorType for Absent {
@@ -39,6 +40,7 @@ impl DelayNs for Absent {
 
 /// Light and trigger of a head, and their times.
 #[derive(Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Exposure<S = Absent, T = Absent, D = Absent> {
     strobe: S,
     delay: D,

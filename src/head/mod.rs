@@ -61,6 +61,7 @@ use core::fmt;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
 
+use crate::log::log;
 use crate::report::{
     ANSWER_MAX_LEN, Answer, Detail, EncodeError, Format, HELLO_MAX_LEN, HeadSettings, Hello, Report, Version,
     max_len, max_text_len,
@@ -199,6 +200,7 @@ impl<'b, L: Line, S: OutputPin, T: InputPin, D: DelayNs> Head<'b, L, S, T, D> {
             Format::Text => report.finish_text(summary, free),
         });
         if let Err(error) = sent {
+            log!(warn, "report given up: {}", error);
             report.give_up();
             // An empty buffer that cannot hold the report never will.
             if self.wire.waiting() == 0 {
@@ -221,6 +223,7 @@ impl<'b, L: Line, S: OutputPin, T: InputPin, D: DelayNs> Head<'b, L, S, T, D> {
         let (format, hello) = (&mut self.format, &mut self.hello_due);
         let change = Changeable { settings: &mut settings, detail: &mut detail, format, hello };
         let (tag, outcome) = remote::carry_out(arrived, change);
+        log!(info, "command {}: {}", tag, outcome);
         detector.set_settings(settings);
         if detail != report.detail() {
             report.set_detail(detail);

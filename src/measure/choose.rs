@@ -78,7 +78,8 @@ fn match_circles(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
         if off(&best) > ratio_tolerance(best) {
             return None;
         }
-        let ratio = if off(&best) <= 0.25 * ratio_tolerance(best) { ratio } else { best.ratio };
+        let ratio =
+            if off(&best) <= ratio_tolerance(best) - limits::RATIO_DISTRUST { ratio } else { best.ratio };
         matched.push(Fitted { ratio, ..*best }).ok()?;
     }
     Some(matched)

@@ -9,6 +9,7 @@
 mod choose;
 mod combine;
 mod ellipse;
+mod joint;
 mod known;
 mod origin;
 mod sectors;
@@ -20,7 +21,7 @@ use crate::edge::{self, Blur, Edge, Edges, Levels};
 use crate::fit::Adjusted;
 use crate::math;
 use crate::reject::Reject;
-use crate::scan::{Outline, Scanner};
+use crate::scan::{Outline, Pool, Scanner};
 use crate::settings::{Compensation, Polarity, Settings, limits};
 use crate::target::{Circle, Ellipse, Flags, MAX_CIRCLES, Target};
 use choose::choose;
@@ -29,6 +30,7 @@ use combine::{Centre, combine, measured_perspective, significant};
 pub(crate) use ellipse::{Fitted, FittedList};
 use ellipse::{Source, fit};
 use heapless::Vec;
+use joint::joint;
 use known::{Known, known};
 pub(crate) use origin::Origin;
 pub(crate) use sectors::PARTS;
@@ -49,49 +51,57 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
         return Err(Reject::Alone);
     }
     let open = scanner.outlines.get(head).is_some_and(|outline| outline.open);
+    let about = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
+    let width = scanner.width();
     let covered = edges.iter().any(|edge| edge.partial);
     if covered {
         let plain = Origin::new(origin, None).ok_or(Reject::NotElliptic)?;
         rough(&mut edges, &scanner.pool, &plain);
+    } else if let Some((fitted, light)) = joint(&Edges { edges: &edges, origin }, &scanner.pool, &about) {
+        let circles = choose(&fitted, settings, width)?;
+        return assemble(&circles, settings, &light, &about);
     }
     let edges = Edges { edges: &edges, origin };
-    let width = scanner.width();
     let pool = &mut scanner.pool;
-    let levels = Levels::first(&edges, pool, BLUR_GUESS, covered).ok_or(Reject::LowContrast)?;
-    check_contrast(&levels)?;
-    let mut blur = edge::measure_blur(&edges, pool, &levels);
-    let mut levels = levels.refined(&edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
-    check_contrast(&levels)?;
+    let (levels, blur) = disturbed_levels(&edges, pool, covered)?;
+    // What disturbs one edge does not disturb all.
+    let noise = (0..edges.edges.len())
+        .fold(f32::INFINITY, |least, k| least.min(edge::place(&edges, k, pool, &levels, blur)));
+    let source = Source { edges: edges.edges, pool, origin: &about, noise };
+    let circles = choose(&fit_all(&source)?, settings, width)?;
+    let light = Light::new(&levels, blur, circles.first());
+    if !circles.iter().any(Fitted::is_occluded) {
+        return assemble(&circles, settings, &light, &about);
+    }
+    let all = together(&circles, &source, given)?;
+    if open && !all.has_ratios(settings.spec.ratios()) {
+        return Err(Reject::OpenOutline);
+    }
+    let forms = Forms::together(&all, light.plane, &about).ok_or(Reject::NotConcentric)?;
+    target(&all.circles, &forms, settings, (&light, &about))
+}
+
+/// Levels and blur of a target of which not everything is seen (`covered`), or in front of which something is.
+fn disturbed_levels(edges: &Edges<'_>, pool: &Pool<'_>, covered: bool) -> Result<(Levels, f32), Reject> {
+    let levels = Levels::first(edges, pool, BLUR_GUESS, covered).ok_or(Reject::LowContrast)?;
+    check_contrast(levels.contrast())?;
+    let mut blur = edge::measure_blur(edges, pool, &levels);
+    let mut levels = levels.refined(edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
+    check_contrast(levels.contrast())?;
     let disturbed =
         |levels: &Levels, blur: &Blur| levels.noise > limits::DISTURBED * blur.noise * levels.contrast();
     for _ in 0..LEVEL_PASSES {
         if !covered && !disturbed(&levels, &blur) {
             break;
         }
-        blur = edge::measure_blur(&edges, pool, &levels);
-        levels = levels.refined(&edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
-        check_contrast(&levels)?;
+        blur = edge::measure_blur(edges, pool, &levels);
+        levels = levels.refined(edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
+        check_contrast(levels.contrast())?;
     }
     if disturbed(&levels, &blur) {
         levels = levels.disturbed();
     }
-    let origin = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
-    // What disturbs one edge does not disturb all.
-    let noise = (0..edges.edges.len())
-        .fold(f32::INFINITY, |least, k| least.min(edge::place(&edges, k, pool, &levels, blur.sigma)));
-    let source = Source { edges: edges.edges, pool, origin: &origin, noise };
-    let fitted = fit_all(&source)?;
-    let circles = choose(&fitted, settings, width)?;
-    let light = Light::new(&levels, blur.sigma, &circles);
-    if circles.iter().any(Fitted::is_occluded) {
-        let all = together(&circles, &source, given)?;
-        if open && !all.has_ratios(settings.spec.ratios()) {
-            return Err(Reject::OpenOutline);
-        }
-        let forms = Forms::together(&all, light.plane, &origin).ok_or(Reject::NotConcentric)?;
-        return target(&all.circles, &forms, settings, (&light, &origin));
-    }
-    assemble(&circles, settings, &light, &origin)
+    Ok((levels, blur.sigma))
 }
 
 /// The outermost outline of the chain that can be a circle of a target. What is around it and open by itself is none, nor are
@@ -158,9 +168,9 @@ fn collect(
     Ok(edges)
 }
 
-fn check_contrast(levels: &Levels) -> Result<(), Reject> {
+fn check_contrast(contrast: f32) -> Result<(), Reject> {
     // Also refuses NaN.
-    if levels.contrast() >= f32::from(limits::MIN_CONTRAST) { Ok(()) } else { Err(Reject::LowContrast) }
+    if contrast >= f32::from(limits::MIN_CONTRAST) { Ok(()) } else { Err(Reject::LowContrast) }
 }
 
 /// Fits every edge. Those that are no ellipse are left out; an error if less than two remain.
@@ -192,16 +202,24 @@ pub(crate) struct Light {
 }
 
 impl Light {
-    fn new(levels: &Levels, blur: f32, circles: &FittedList) -> Self {
-        let outer = circles.first().map(|outer| outer.adjusted.shape).unwrap_or_default();
+    fn new(levels: &Levels, blur: f32, outer: Option<&Fitted>) -> Self {
+        let outer = outer.map(|outer| outer.adjusted.shape).unwrap_or_default();
         Self {
             contrast: levels.contrast(),
             noise: levels.noise,
             blur,
             clipped: levels.clipped,
             plane: levels.plane_variance(&outer, blur),
-            edge_variance: levels.edge_variance(blur),
+            edge_variance: Self::edge_variance(levels.contrast(), levels.noise, blur),
         }
+    }
+
+    /// Variance of an edge point, px^2, that the noise gives where the edge has a blur of `blur` px: the bound for samples
+    /// 1 px apart along it, and for a wide edge that for four samples in its middle.
+    pub fn edge_variance(contrast: f32, noise: f32, blur: f32) -> f32 {
+        let share = noise / contrast;
+        // 2 sqrt(pi) blur, and blur^2 / (4 density(0)^2).
+        share * share * blur * 3.545f32.max(1.571 * blur)
     }
 }
 

@@ -72,6 +72,25 @@ impl Origin {
         }
     }
 
+    /// An ellipse in the image as it is without distortion, by the lens's derivative at its centre.
+    pub fn undistorted_shape(&self, shape: &Shape) -> Option<Shape> {
+        if self.lens.is_none() {
+            return Some(*shape);
+        }
+        let (cx, cy) = self.place((shape.cx, shape.cy))?;
+        let [xx, xy, yx, yy] = self.slope((cx, cy));
+        let det = xx * yy - xy * yx;
+        let (a, b, c, d) = (yy / det, -xy / det, -yx / det, xx / det);
+        let Shape { axx, axy, ayy, .. } = *shape;
+        Some(Shape {
+            cx,
+            cy,
+            axx: a * (a * axx + c * axy) + c * (a * axy + c * ayy),
+            axy: b * (a * axx + c * axy) + d * (a * axy + c * ayy),
+            ayy: b * (b * axx + d * axy) + d * (b * axy + d * ayy),
+        })
+    }
+
     /// The inverse of [`place`](Self::place).
     pub fn seen(&self, place: (f32, f32)) -> (f32, f32) {
         self.lens.as_ref().map_or(place, |lens| lens.distort(place))

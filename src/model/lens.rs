@@ -32,6 +32,7 @@ use crate::centre::Real;
 /// of the order r^4, as without a lens. Only forms that take more from perspective than this (the exact form, a known camera)
 /// want points freed from distortion first.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Lens<T> {
     /// k1, k2, k3.
     pub radial: [T; 3],

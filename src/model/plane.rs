@@ -4,6 +4,7 @@ use crate::centre::Real;
 /// A circle whose centre and plane are known in camera axes (x right, y down, z forward): its [`Scene`], and how that lies
 /// in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Plane<T> {
     scene: Scene<T>,
     /// Direction of v in the image; u is at right angles to it.

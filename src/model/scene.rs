@@ -16,6 +16,7 @@ use crate::centre::Real;
 /// Image coordinates are in the unit of the focal length c, for square pixels in px. Lengths on the target (d, x_p, radii)
 /// share any one unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scene<T> {
     /// c.
     focal_length: T,

@@ -4,13 +4,14 @@
 //! outlines: Gauss-Newton steps to the maximum of the likelihood under white noise. Pixels that the sensor has clipped are
 //! left out, and so are those that do not fit.
 //!
-//! 1. `model`: the level that a pixel should have.
+//! 1. `pixel`: the level that a pixel should have.
 //! 2. `normals`: the equations of a step.
 //! 3. [`polish`]: steps until they settle; then the stages after the ellipse fit as for any target.
 
-mod model;
 mod normals;
+mod pixel;
 
+use crate::appearance::{Model, Outline, Spread};
 use crate::detector::Image;
 use crate::fit::Adjusted;
 use crate::math;
@@ -18,8 +19,8 @@ use crate::measure::{Fitted, FittedList, Light, Origin, PARTS, assemble, concent
 use crate::settings::{Polarity, Settings};
 use crate::target::{Circle, Flags, Target};
 use heapless::Vec;
-use model::{Model, Outline, Slope};
-use normals::{Normals, Spread, Step};
+use normals::Normals;
+use pixel::{Expected, Slope};
 
 /// How far from an outline the pixels are looked at, px: for the levels well beyond the edge.
 const REACH: f32 = 8.0;
@@ -37,11 +38,6 @@ const TOLERATED: f32 = 0.08;
 const FARTHEST: f32 = 0.5;
 /// Lightness from that of a flat area up to which a pixel tells the levels at first.
 const FLAT: f32 = 0.15;
-/// Most that a step may change the blur, relative.
-const BLUR_STEP: f32 = 0.3;
-/// Range of the blur, px.
-const BLUR: (f32, f32) = (0.2, 6.0);
-
 /// Measures `target` again on the pixels of `image`, in which a [`Detector`](crate::Detector) with the same `settings` has
 /// found it. On success its places, covariances, contrast, noise, blur and flags are the new ones, with
 /// [`Flags::REFINED`]; on failure (a part of the target is not seen, the pixels do not determine the model, or contradict the edge points) it is left as it
@@ -70,7 +66,7 @@ fn polished(image: &Image<'_>, settings: &Settings, target: &Target) -> Option<T
     for pass in 0..STEPS {
         let normals = window.normals(&model, noise, limit);
         let factor = normals.factor()?;
-        let moved = apply(&mut model, &normals.step(&factor), window.size)?;
+        let moved = model.take(&normals.step(&factor), window.size)?;
         let variance = normals.variance();
         noise = math::sqrt(normals.noise());
         limit = (OUTLIER * noise).max(TOLERATED * model.contrast()).min(FOREIGN * model.contrast());
@@ -104,23 +100,6 @@ fn start(window: &Window<'_>, settings: &Settings, target: &Target) -> Option<Mo
     let middle = 0.5 * (dark + bright) / outlines.len() as f32;
     let (dark, bright) = (middle - 0.5 * target.contrast, middle + 0.5 * target.contrast);
     Some(Model { outlines, dark, bright, gx: 0.0, gy: 0.0, blur: target.blur })
-}
-
-/// Adds the step. Returns how far it moves an outline at most, px.
-fn apply(model: &mut Model, step: &Step, size: f32) -> Option<f32> {
-    let mut farthest = 0.0f32;
-    for (outline, step) in model.outlines.iter_mut().zip(&step.own) {
-        let largest = step.iter().fold(0.0f32, |largest, term| largest.max(term.abs()));
-        farthest = farthest.max(0.5 * largest * outline.shape.semi_axes().0);
-        *outline = Outline::new(outline.frame.moved(&outline.shape, step)?, outline.inside)?;
-    }
-    let [dark, bright, gx, gy, blur] = step.shared;
-    model.dark += dark;
-    model.bright += bright;
-    model.gx += gx / size;
-    model.gy += gy / size;
-    model.blur = (model.blur * (1.0 + blur.clamp(-BLUR_STEP, BLUR_STEP))).clamp(BLUR.0, BLUR.1);
-    (model.contrast() > 0.0).then_some(farthest)
 }
 
 /// The part of the image that holds the target.
@@ -189,7 +168,7 @@ impl<'i> Window<'i> {
         // The first time without the light's slope, which is not known at all.
         for limit in [2.0 * FOREIGN, FOREIGN] {
             let mut normals = Normals::new(0, 1.0 / self.size);
-            normals.add_prior(model.contrast());
+            normals.add_prior(model);
             self.for_each(model, |pixel, place, expected| {
                 let residual = f32::from(pixel) - model.level(expected);
                 let seen = (1..255).contains(&pixel);
@@ -198,7 +177,7 @@ impl<'i> Window<'i> {
                     normals.add(model, expected, place, residual);
                 }
             });
-            apply(model, &normals.step(&normals.factor()?), self.size)?;
+            model.take(&normals.step(&normals.factor()?), self.size)?;
         }
         (model.contrast() > 4.0 * noise.min(2.0)).then_some(())
     }
@@ -206,7 +185,7 @@ impl<'i> Window<'i> {
     /// The equations of a step, from the pixels that fit to `limit` grey levels.
     fn normals(&self, model: &Model, noise: f32, limit: f32) -> Normals {
         let mut normals = Normals::new(model.outlines.len(), 1.0 / self.size);
-        normals.add_prior(model.contrast());
+        normals.add_prior(model);
         // Where noise reaches the end of the scale the mean is no longer the level.
         let (least, most) = (noise, 255.0 - noise);
         self.for_each(model, |pixel, place, expected| {
@@ -220,7 +199,7 @@ impl<'i> Window<'i> {
     }
 
     /// Calls `f` with level, place and model of each pixel near an outline.
-    fn for_each(&self, model: &Model, mut f: impl FnMut(u8, (f32, f32), &model::Expected)) {
+    fn for_each(&self, model: &Model, mut f: impl FnMut(u8, (f32, f32), &Expected)) {
         let (x0, y0) = self.origin.pixel;
         for y in self.rows.0..=self.rows.1 {
             for x in self.columns.0..=self.columns.1 {

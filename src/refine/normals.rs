@@ -3,15 +3,13 @@
 //! Each outline has five unknowns of its own, the terms of its conic; what they share comes last, so that the leading part
 //! of the factor is that of the outlines alone.
 
-use super::model::{Expected, Model};
+use super::pixel::Expected;
+use crate::appearance::{Model, OWN, SHARED, Spread, Step};
 use crate::fit::{CENTRE_TERMS, Factor, Matrix};
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
-const OWN: usize = 5;
 const OUTLINES: usize = OWN * MAX_CIRCLES;
-/// Dark, bright, the light's slopes in units of the target's size, logarithm of the blur.
-const SHARED: usize = 5;
 const ALL: usize = OUTLINES + SHARED;
 
 #[derive(Clone, Debug)]
@@ -27,23 +25,6 @@ pub(super) struct Normals {
     /// Those at edges, weighted with their part in the outlines.
     edge_squares: f32,
     edge_weights: f32,
-}
-
-/// A step of every unknown.
-#[derive(Clone, Debug)]
-pub(super) struct Step {
-    pub own: Vec<[f32; OWN], MAX_CIRCLES>,
-    pub shared: [f32; SHARED],
-}
-
-/// Covariances of an outline's stretch and centre in the frame where it is the unit circle, for a unit variance of the
-/// levels.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Spread {
-    /// Where levels, light and blur are known.
-    pub own: Matrix<4>,
-    /// What it is more because they are measured too.
-    pub shared: Matrix<4>,
 }
 
 impl Normals {
@@ -65,11 +46,9 @@ impl Normals {
         }
     }
 
-    /// What is known of the shared unknowns beforehand, with the weight of one pixel: keeps a level that is seen nowhere
-    /// in bounds.
-    pub fn add_prior(&mut self, contrast: f32) {
-        let square = contrast * contrast;
-        for (i, weight) in [1.0, 1.0, square, square, square].into_iter().enumerate() {
+    /// Adds what is known beforehand.
+    pub fn add_prior(&mut self, model: &Model) {
+        for (i, weight) in model.prior().into_iter().enumerate() {
             self.m[OUTLINES + i][OUTLINES + i] += weight;
         }
     }

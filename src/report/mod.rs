@@ -1,4 +1,5 @@
-//! What a head sends for each frame: one message, also when nothing was seen.
+//! What a head sends for each frame: one message, also when nothing was seen. And what it can be told over the same
+//! line: a [`Command`], to which it gives an [`Answer`].
 //!
 //! [`Report`] collects a frame's targets and encodes them; [`Decoder`] takes the stream apart again, byte by byte,
 //! and finds the next message after any damage. Neither needs a heap, a second buffer or a timer, and neither

@@ -42,6 +42,8 @@ impl Stretch {
     }
 }
 
+/// Near samples of a crossing.
+pub(crate) const NEAR: usize = 6;
 /// The most pixels that a stretch can have where `clear` are there; at least 1.
 pub(crate) fn stretch_length(clear: usize) -> usize {
     match clear {
@@ -56,15 +58,15 @@ pub(crate) fn stretch_length(clear: usize) -> usize {
 /// A place where a row or a column passes the threshold, with the grey levels around it.
 ///
 /// The passage is between the pixel `(x, y)` and the one before it on the axis. With `u` counted along the axis from
-/// `(x, y)`, the near samples are at u = -2, -1, 0, 1 and the far stretches begin at -4 and 3, where an edge is over, and
+/// `(x, y)`, the near samples are at u = -3 to 2 and the far stretches begin at -4 and 3, where an edge is over, and
 /// lead away from it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
     pub x: u16,
     /// Row, with the axis in the top bit.
     y_axis: u16,
-    pub near: [u8; 4],
-    /// The far stretches until the edge point is placed; then the first is its offset on the axis from `(x, y)`, 1/256 px.
+    pub near: [u8; NEAR],
+    /// The far stretches until the edge point is placed; then that.
     far: [Stretch; 2],
     next: u16,
 }
@@ -72,9 +74,9 @@ pub(crate) struct Crossing {
 const COLUMN: u16 = 1 << 15;
 
 impl Crossing {
-    pub const ZERO: Self = Self { x: 0, y_axis: 0, near: [0; 4], far: [Stretch(0); 2], next: 0 };
+    pub const ZERO: Self = Self { x: 0, y_axis: 0, near: [0; NEAR], far: [Stretch(0); 2], next: 0 };
 
-    pub fn new(axis: Axis, (x, y): (u16, u16), near: [u8; 4], far: [Stretch; 2]) -> Self {
+    pub fn new(axis: Axis, (x, y): (u16, u16), near: [u8; NEAR], far: [Stretch; 2]) -> Self {
         let y_axis = y | if axis == Axis::Column { COLUMN } else { 0 };
         Self { x, y_axis, near, far, next: NONE }
     }
@@ -94,18 +96,16 @@ impl Crossing {
 
     /// The edge point after it is placed; `None` where it was refused.
     pub fn edge_point(&self) -> Option<EdgePoint> {
-        let ([excess, misfit, ..], [Stretch(offset), _]) = (self.near, self.far);
-        let offset = offset as i16;
+        let [Stretch(offset), Stretch(other)] = self.far;
+        let ([excess, misfit], offset) = (other.to_le_bytes(), offset as i16);
         (offset != i16::MIN).then_some(EdgePoint { offset, excess: excess as i8, misfit })
     }
 
-    /// Replaces the levels, which are spent, by the edge point.
+    /// Replaces the far stretches, which are spent, by the edge point.
     pub fn place(&mut self, placed: Option<EdgePoint>) {
         let EdgePoint { offset, excess, misfit } =
             placed.unwrap_or(EdgePoint { offset: i16::MIN, excess: 0, misfit: 0 });
-        self.far = [Stretch(offset as u16), Stretch(0)];
-        let [_, _, c, d] = self.near;
-        self.near = [excess as u8, misfit, c, d];
+        self.far = [Stretch(offset as u16), Stretch(u16::from_le_bytes([excess as u8, misfit]))];
     }
 }
 
@@ -275,7 +275,7 @@ mod tests {
     #[test]
     fn a_crossing_keeps_place_and_stretches_apart() {
         let far = [Stretch::new(&[200; 16]), Stretch::new(&[40, 41])];
-        let mut crossing = Crossing::new(Axis::Column, (4095, 16383), [1, 2, 3, 4], far);
+        let mut crossing = Crossing::new(Axis::Column, (4095, 16383), [1, 2, 3, 4, 5, 6], far);
         assert_eq!((crossing.x, crossing.y(), crossing.axis()), (4095, 16383, Axis::Column));
         assert_eq!(crossing.far(), far);
         let point = EdgePoint { offset: -300, excess: -7, misfit: 200 };

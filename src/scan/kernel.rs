@@ -107,3 +107,79 @@ fn by_pixel(bits: u32) -> u32 {
     let bits = swap(bits, 3, 0x0a0a_0a0a);
     swap(bits, 1, 0x2222_2222)
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::vec::Vec;
+
+    /// Rows of every kind: flat, at either end, noisy, with one edge, with many.
+    fn lines() -> Vec<[u8; 4 * WORDS]> {
+        let mut seed = 1u32;
+        let mut random = move |most: u32| {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            ((seed >> 8) % (most + 1)) as u8
+        };
+        let mut lines = Vec::new();
+        for level in 0..=255u8 {
+            lines.push([level; 32]);
+            lines.push([0; 32].map(|_: u8| level.saturating_add(random(8))));
+            lines.push([0; 32].map(|_: u8| random(255)));
+            let (edge, other) = (random(31), random(255));
+            lines.push(core::array::from_fn(|x| if x < usize::from(edge) { level } else { other }));
+            lines.push(core::array::from_fn(|x| if x % 2 == 0 { level } else { other }));
+        }
+        lines
+    }
+
+    fn words(bytes: &[u8; 4 * WORDS]) -> Line {
+        core::array::from_fn(|k| u32::from_ne_bytes(*bytes[4 * k..].first_chunk().unwrap()))
+    }
+
+    #[test]
+    fn dark_is_a_comparison_of_every_pixel() {
+        for (i, line) in lines().iter().enumerate() {
+            let thresholds: [u32; 4] = core::array::from_fn(|c| (i * 31 + c * 77) as u32 % 128);
+            let from = thresholds.map(|threshold| TOP - threshold * ONES);
+            let expected = (0..32)
+                .fold(0u32, |bits, x| bits | u32::from(u32::from(line[x]) < 2 * thresholds[x / 8]) << x);
+            assert_eq!(dark(&words(line), &from), expected, "{line:?} {thresholds:?}");
+        }
+    }
+
+    #[test]
+    fn extremes_are_those_of_the_samples() {
+        let lines = lines();
+        for (a, b) in lines.iter().zip(lines.iter().rev()) {
+            let cell = |c: usize| a[8 * c..][..4].iter().chain(&b[8 * c + 4..][..4]).map(|level| level / 2);
+            let [low, high] = extremes(&words(a), &words(b)).map(u32::to_le_bytes);
+            for c in 0..4 {
+                assert_eq!(Some(low[c]), cell(c).min(), "{a:?} {b:?}");
+                assert_eq!(Some(high[c]), cell(c).max(), "{a:?} {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_window_has_both_its_ends_and_nothing_beyond() {
+        let (mut inside, mut outside) = (0, 0);
+        for line in lines() {
+            for first in [0, 1] {
+                let samples = (0..32).filter(|x| x / 4 % 2 == first).map(|x| u32::from(line[x] / 2));
+                for (low, width) in [(0, 1), (60, 5), (u32::from(line[4] / 2), 9), (100, 28), (127, 127)] {
+                    let expected = samples.clone().all(|level| (low..low + width).contains(&level));
+                    let window = TOP - low * ONES;
+                    let found = match first {
+                        0 => within::<0>(&words(&line), window, width * ONES),
+                        _ => within::<1>(&words(&line), window, width * ONES),
+                    };
+                    assert_eq!(found, expected, "{line:?} {low} {width}");
+                    *(if found { &mut inside } else { &mut outside }) += 1;
+                }
+                assert!(!within::<0>(&words(&line), 0, ONES), "a window of which nothing is known");
+            }
+        }
+        assert!(inside > 500 && outside > 500, "{inside} {outside}");
+    }
+}

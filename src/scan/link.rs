@@ -5,7 +5,7 @@
 //! neighbouring transitions have none below); an outline whose ends have all met is closed. The work is proportional
 //! to the number of transitions, except that joined outlines are renamed once a row.
 
-use super::crossings::{Axis, Crossing, CrossingList, Pool, Stretch, stretch_length};
+use super::crossings::{Axis, Crossing, CrossingList, NEAR, Pool, Stretch, stretch_length};
 use super::outlines::{NONE, Outlines};
 use super::rows::{KEPT_ROWS, Rows};
 use super::runs::Transition;
@@ -39,7 +39,7 @@ pub(crate) struct Linker<'a, 's> {
     /// The row of `current`.
     y: u16,
     /// The rows `y - 2` to `y + 1`; those outside the frame are not of use.
-    near: [&'a [u8]; 4],
+    near: [&'a [u8]; NEAR],
 }
 
 impl<'a, 's> Linker<'a, 's> {
@@ -53,7 +53,7 @@ impl<'a, 's> Linker<'a, 's> {
     ) -> Self {
         let (width, height, pushed) = (rows.width(), rows.height(), rows.pushed());
         let min_step = i32::from(min_contrast) / 2;
-        let rows = rows.from_row(i32::from(first) - i32::from(REACH));
+        let rows = rows.rows_after(i32::from(first) - i32::from(REACH));
         Self {
             rows,
             width,
@@ -65,7 +65,7 @@ impl<'a, 's> Linker<'a, 's> {
             pushed,
             first,
             y: first,
-            near: [&[]; 4],
+            near: [&[]; NEAR],
         }
     }
 
@@ -73,7 +73,7 @@ impl<'a, 's> Linker<'a, 's> {
     /// the row above.
     pub fn link_row(&mut self, y: u16, previous: &[Transition], current: &mut [Transition]) {
         self.y = y;
-        self.near = [0, 1, 2, 3].map(|i| self.row_from_above(REACH - 2 + i));
+        self.near = [0, 1, 2, 3, 4, 5].map(|i| self.row_from_above(REACH - 3 + i));
         self.link(previous, current);
     }
 
@@ -243,10 +243,10 @@ impl<'a, 's> Linker<'a, 's> {
         if x < REACH || x + REACH > self.width {
             return None;
         }
-        let [_, above, row, below] = self.near;
-        let near = from_column(row, x - 2)?;
+        let [_, _, above, row, below, _] = self.near;
+        let near = from_column(row, x - 3)?;
         let ([a, b], [c, d]) = (from_column(above, x - 1)?, from_column(below, x - 1)?);
-        if !self.is_edge(*near, [*a, *b, *c, *d]) {
+        if !self.is_edge(near.map(i32::from), [*a, *b, *c, *d]) {
             return None;
         }
         // As far from the next crossing as from this one.
@@ -255,6 +255,12 @@ impl<'a, 's> Linker<'a, 's> {
         let length = stretch_length(clear(before, x).min(left));
         let before = row.get(left.checked_sub(length)?..left)?;
         let after = row.get(right..right + stretch_length(clear(x, after)))?;
+        let before = if tells_light(before.last(), before.first()) {
+            before
+        } else {
+            row.get(left.checked_sub(1)?..left)?
+        };
+        let after = if tells_light(after.first(), after.last()) { after } else { after.get(..1)? };
         Some(Crossing::new(Axis::Row, (x, self.y), *near, [before, after].map(Stretch::new)))
     }
 
@@ -265,14 +271,15 @@ impl<'a, 's> Linker<'a, 's> {
         }
         let columns = usize::from(from.max(1))..usize::from(to);
         let around = columns.start - 1..columns.end + 1;
-        let [r0, r1, r2, r3] = self.near;
-        let (Some(r0), Some(r1)) = (r0.get(columns.clone()), r1.get(around.clone())) else { return };
-        let (Some(r2), Some(r3)) = (r2.get(around), r3.get(columns)) else { return };
-        let near = r0.iter().zip(r1.windows(3)).zip(r2.windows(3).zip(r3));
-        for (x, ((n0, r1), (r2, n3))) in (from.max(1)..).zip(near) {
-            let (&[a, n1, c], &[b, n2, d]) = (r1, r2) else { continue };
-            let near = [*n0, n1, n2, *n3];
-            if self.is_edge(near, [a, b, c, d]) {
+        let [r0, r1, r2, r3, r4, r5] = self.near;
+        let (Some(r1), Some(r2)) = (r1.get(columns.clone()), r2.get(around.clone())) else { return };
+        let (Some(r3), Some(r4)) = (r3.get(around), r4.get(columns)) else { return };
+        let near = r1.iter().zip(r2.windows(3)).zip(r3.windows(3).zip(r4));
+        for (x, ((n1, r2), (r3, n4))) in (from.max(1)..).zip(near) {
+            let (&[a, n2, c], &[b, n3, d]) = (r2, r3) else { continue };
+            let [n0, n5] = [r0, r5].map(|row| row.get(usize::from(x)).copied().unwrap_or(0));
+            let near = [n0, *n1, n2, n3, *n4, n5];
+            if self.is_edge(near.map(i32::from), [a, b, c, d]) {
                 let far = [Side::Above, Side::Below].map(|side| self.column_stretch(x, side));
                 self.keep(label, Crossing::new(Axis::Column, (x, self.y), near, far));
             }
@@ -303,18 +310,21 @@ impl<'a, 's> Linker<'a, 's> {
                 below.take(usize::from(there).min(FAR_ROWS)).all(&mut add)
             }
         };
-        Stretch::new(levels.get(..stretch_length(len)).unwrap_or(&[]))
+        let levels = levels.get(..stretch_length(len)).unwrap_or(&[]);
+        Stretch::new(if tells_light(levels.first(), levels.last()) {
+            levels
+        } else {
+            levels.get(..1).unwrap_or(&[])
+        })
     }
 
     /// Whether the levels change enough along a crossing's axis, and across it not clearly more: then the other axis is
     /// the better one.
-    fn is_edge(&self, along: [u8; 4], across: [u8; 4]) -> bool {
-        let difference = |levels: [u8; 4]| {
-            let [a, b, c, d] = levels.map(i32::from);
-            (c + d - a - b).abs()
-        };
-        let along = difference(along);
-        along >= self.min_step && 4 * difference(across) <= MAX_ACROSS * along
+    fn is_edge(&self, near: [i32; NEAR], across: [u8; 4]) -> bool {
+        let difference = |[a, b, c, d]: [i32; 4]| (c + d - a - b).abs();
+        let [_, a, b, c, d, _] = near;
+        let along = difference([a, b, c, d]);
+        along >= self.min_step && 4 * difference(across.map(i32::from)) <= MAX_ACROSS * along
     }
 
     fn keep(&mut self, label: u16, crossing: Crossing) {
@@ -338,6 +348,9 @@ impl<'a, 's> Linker<'a, 's> {
     }
 }
 
+/// Levels from either end of the scale that noise clips, grey levels.
+const END: u8 = 4;
+
 /// Where a stretch of a crossing on a column lies.
 #[derive(Clone, Copy)]
 enum Side {
@@ -347,6 +360,13 @@ enum Side {
 
 /// Most rows on either side for a stretch on a column.
 const FAR_ROWS: usize = 4;
+
+/// Whether the scale does not end within a stretch, of which these are the nearest and the farthest level: there only the
+/// nearest pixel tells the light.
+fn tells_light(nearest: Option<&u8>, farthest: Option<&u8>) -> bool {
+    let clipped = |level: Option<&u8>| level.is_some_and(|level| !(END..=255 - END).contains(level));
+    clipped(nearest) || !clipped(farthest)
+}
 
 /// Pixels of `row` from column `x` on.
 fn from_column<const N: usize>(row: &[u8], x: u16) -> Option<&[u8; N]> {

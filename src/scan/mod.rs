@@ -12,6 +12,7 @@
 mod crossings;
 mod kernel;
 mod link;
+mod noise;
 mod outlines;
 mod rows;
 mod runs;
@@ -19,7 +20,9 @@ mod strips;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, Pool};
+#[cfg(test)]
+pub(crate) use crossings::Stretch;
+pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, NEAR, Pool};
 pub(crate) use outlines::{Moments, NONE, Outline, Outlines};
 use rows::BLOCK_ROWS;
 pub(crate) use rows::{KEPT_BLOCKS, Rows};
@@ -29,7 +32,7 @@ pub(crate) use strips::{STRIP, STRIP_WIDTHS};
 use crate::reject::Dropped;
 use crate::storage::Buffers;
 use link::Linker;
-use runs::TransitionList;
+use runs::{Budget, TransitionList};
 use strips::Strips;
 
 /// The state of a frame on its way through the stages before the candidates.
@@ -42,6 +45,7 @@ pub(crate) struct Scanner<'s> {
     pub outlines: Outlines<'s>,
     pub pool: Pool<'s>,
     pub dropped: Dropped,
+    pub budget: Budget,
     /// Rows whose transitions have been linked.
     pub linked: u16,
 }
@@ -56,6 +60,7 @@ impl<'s> Scanner<'s> {
             outlines: Outlines::new(buffers.outlines),
             pool: Pool::new(buffers.crossings),
             dropped: Dropped::default(),
+            budget: Budget::NONE,
             linked: 0,
         }
     }
@@ -80,8 +85,8 @@ impl<'s> Scanner<'s> {
         self.rows.pushed()
     }
 
-    /// Forgets everything and prepares for a frame of `width` <= `capacity()`.
-    pub fn begin(&mut self, width: u16, height: u16) {
+    /// Forgets everything and prepares for a frame of `width` <= `capacity()` with at most one run for `px_per_run` pixels.
+    pub fn begin(&mut self, width: u16, height: u16, px_per_run: u16) {
         self.rows.begin(width, height);
         self.strips.begin(width);
         self.previous.clear();
@@ -89,6 +94,7 @@ impl<'s> Scanner<'s> {
         self.outlines.clear();
         self.pool.clear();
         self.dropped = Dropped::default();
+        self.budget = Budget::new(width, px_per_run);
         self.linked = 0;
     }
 
@@ -131,12 +137,12 @@ impl<'s> Scanner<'s> {
         if self.previous.as_slice().is_empty() && self.strips.all_light() {
             return;
         }
-        let Self { rows, strips, outlines, pool, dropped, .. } = self;
+        let Self { rows, strips, outlines, pool, dropped, budget, .. } = self;
         let mut runs = 0;
         let mut linker = Linker::new(rows, outlines, pool, dropped, (first, strips.min_contrast()));
         for y in first..last {
             if y < rows.height() {
-                runs += self.current.fill(strips, usize::from(y - first), rows.width());
+                runs += self.current.fill(strips, usize::from(y - first), rows.width(), budget);
             } else {
                 self.current.clear();
             }

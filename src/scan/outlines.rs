@@ -10,7 +10,7 @@ pub(crate) const NONE: u16 = u16::MAX;
 /// Moments of the pixels enclosed by an outline. Exact: a region as large as the largest frame has a second moment below 2^57.
 /// Negative for the outline of a light region.
 ///
-/// While the outline is open, sums over its transitions at (x, y) about the first of them instead, added where dark turns
+/// While the outline is open, sums over its transitions instead, x from the first of them on, added where dark turns
 /// light and subtracted where light turns dark: of x, x^2, x^3, x y, x^2 y and x y^2. As there are as many of either in each
 /// row, Green's theorem makes the moments of them.
 #[derive(Clone, Copy, Debug)]
@@ -45,21 +45,21 @@ impl Moments {
         self.yy += product(xy, y);
     }
 
-    /// Adds sums about a place that lies `(x, y)` px farther; they have as many signs of either kind.
-    fn join(&mut self, other: &Self, (x, y): (i64, i64)) {
+    /// Adds sums about a column that lies `x` px farther; they have as many signs of either kind.
+    fn join(&mut self, other: &Self, x: i64) {
         self.area += other.area;
         self.x += other.x + 2 * x * other.area;
         self.xx += other.xx + 3 * x * (other.x + x * other.area);
-        self.y += other.y + y * other.area;
-        self.xy += other.xy + y * other.x + 2 * x * (other.y + y * other.area);
-        self.yy += other.yy + 2 * y * other.y + y * y * other.area;
+        self.y += other.y;
+        self.xy += other.xy + 2 * x * other.y;
+        self.yy += other.yy;
     }
 
-    /// Makes moments of the sums about `(x, y)`: of the pixels left of a transition there are x, whose columns add up to
+    /// Makes moments of the sums about column `x`: left of a transition there are x pixels, whose columns add up to
     /// x (x - 1) / 2 and their squares to x (x - 1) (2 x - 1) / 6.
-    fn close(&mut self, (x, y): (i64, i64)) {
+    fn close(&mut self, x: i64) {
         let mut sums = Self::ZERO;
-        sums.join(self, (x, y));
+        sums.join(self, x);
         *self = Self {
             area: sums.area,
             x: (sums.x - sums.area) / 2,
@@ -108,10 +108,10 @@ impl Moments {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outline {
     pub moments: Moments,
-    /// First transition.
-    first: (u16, u16),
-    /// Sum of the signs of the transitions in the row under way.
-    balance: i16,
+    /// Column of the first transition.
+    first: u16,
+    /// Sum of the signs of the transitions in the row under way; they alternate.
+    balance: i8,
     /// Leftmost column.
     pub left: u16,
     /// One past the rightmost column.
@@ -144,7 +144,7 @@ pub(crate) struct Outline {
 impl Outline {
     pub const ZERO: Self = Self {
         moments: Moments::ZERO,
-        first: (0, 0),
+        first: 0,
         balance: 0,
         left: 0,
         right: 0,
@@ -172,9 +172,8 @@ impl Outline {
 
     /// Adds a transition at `(x, y)`; `sign` is +1 where dark turns light.
     pub fn add_transition(&mut self, sign: i32, x: u16, y: u16) {
-        let (dx, dy) = (i32::from(x) - i32::from(self.first.0), i32::from(y) - i32::from(self.first.1));
-        self.moments.add_transition(sign, dx, dy);
-        self.balance += sign as i16;
+        self.moments.add_transition(sign, i32::from(x) - i32::from(self.first), y.into());
+        self.balance = self.balance.wrapping_add(sign as i8);
         self.left = self.left.min(x);
         self.right = self.right.max(x);
         self.bottom = y;
@@ -240,7 +239,7 @@ impl<'s> Outlines<'s> {
         };
         if let Some(slot) = self.get_mut(label) {
             *slot = Outline {
-                first: (x, y),
+                first: x,
                 left: x,
                 right: x,
                 top: y,
@@ -277,12 +276,11 @@ impl<'s> Outlines<'s> {
         let other = *other;
         self.joined = b;
         if let Some(outline) = self.get_mut(a) {
-            let apart = |a: u16, b: u16| i32::from(b) - i32::from(a);
-            let (dx, dy) = (apart(outline.first.0, other.first.0), apart(outline.first.1, other.first.1));
-            outline.moments.join(&other.moments, (dx.into(), dy.into()));
+            let dx = i32::from(other.first) - i32::from(outline.first);
+            outline.moments.join(&other.moments, dx.into());
             // As if the other had been balanced by a transition at its first column, which adds nothing to its own sums.
-            outline.moments.add_transition(other.balance.into(), dx, apart(outline.first.1, y));
-            outline.balance += other.balance;
+            outline.moments.add_transition(other.balance.into(), dx, y.into());
+            outline.balance = outline.balance.wrapping_add(other.balance);
             outline.left = outline.left.min(other.left);
             outline.right = outline.right.max(other.right);
             outline.top = outline.top.min(other.top);
@@ -301,7 +299,7 @@ impl<'s> Outlines<'s> {
             return;
         }
         outline.next = NONE;
-        outline.moments.close((outline.first.0.into(), outline.first.1.into()));
+        outline.moments.close(outline.first.into());
         // In the order of their closing, because an inner outline must be known before the one around it.
         let (first, last) = self.closed;
         match self.get_mut(last) {

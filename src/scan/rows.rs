@@ -78,9 +78,9 @@ impl<'s> Rows<'s> {
         self.data.get(slot).unwrap_or(&[])
     }
 
-    /// As many rows from row `y` on, which must be one of the last 12 or above the frame, as are kept; those outside the
+    /// As many rows, row `y` the first, which must be one of the last 12 or above the frame, as are kept; those outside the
     /// frame repeat the nearest.
-    pub fn from_row(&self, y: i32) -> [&[u8]; KEPT_ROWS] {
+    pub fn rows_after(&self, y: i32) -> [&[u8]; KEPT_ROWS] {
         let last = i32::from(self.pushed.saturating_sub(1));
         core::array::from_fn(|i| self.row((y + i as i32).clamp(0, last) as u16))
     }

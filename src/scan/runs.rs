@@ -39,31 +39,93 @@ impl<'s> TransitionList<'s> {
         self.data.get_mut(..self.len).unwrap_or(&mut [])
     }
 
-    /// Takes the dark runs of row `row` of the block in work, in a frame of this width. Returns how many did not fit.
-    pub fn fill(&mut self, strips: &Strips<'_>, row: usize, width: u16) -> u32 {
-        let mut found = 0;
-        let mut push = |x: u16| {
-            if let Some(slot) = self.data.get_mut(found) {
+    /// Takes the dark runs of row `row` of the block in work, in a frame of this width, as far as the budget allows. Returns
+    /// how many were dropped.
+    pub fn fill(&mut self, strips: &Strips<'_>, row: usize, width: u16, budget: &mut Budget) -> u32 {
+        let most_of_strip = budget.most_of_strip();
+        let (mut found, mut dropped) = (0, 0);
+        let mut push = |at: usize, x: u16| {
+            if let Some(slot) = self.data.get_mut(at) {
                 slot.x = x;
             }
-            found += 1;
         };
         // 1 if the last pixel was dark.
         let mut before = 0;
         for (x, dark) in strips.dark(row) {
             let mut changes = dark ^ (dark << 1 | before);
+            let (first, side) = (found, before);
             before = dark >> (STRIP - 1);
             while changes != 0 {
                 // What is beyond the frame repeats its last pixel, but may be of another cell.
-                push((x + changes.trailing_zeros() as u16).min(width));
+                push(found, (x + changes.trailing_zeros() as u16).min(width));
                 changes &= changes - 1;
+                found += 1;
+            }
+            if found - first > most_of_strip {
+                dropped += found - first;
+                (found, before) = (first, side);
             }
         }
         if before != 0 {
-            push(width);
+            push(found, width);
+            found += 1;
         }
         // Runs are dropped whole, so that the list stays even.
-        self.len = found.min(self.data.len() & !1);
-        ((found - self.len) / 2) as u32
+        self.len = found.min(self.data.len()).min(budget.most_of_row()) & !1;
+        budget.take(width, self.len / 2);
+        (dropped.div_ceil(2) + (found - self.len) / 2) as u32
+    }
+}
+
+/// Bounds the work that a frame can make. It counts pixels: every row brings some, every run takes
+/// [`Settings::px_per_run`](crate::Settings::px_per_run).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Budget {
+    px_per_run: u32,
+    /// Pixels left, and the most that can be saved up.
+    left: u32,
+    most: u32,
+}
+
+/// Rows whose pixels can be saved up: the targets of a board can begin in the same row.
+const SAVED_ROWS: u32 = 64;
+/// Most transitions of a strip's row while more than a half, a quarter, an eighth of the budget is left, and below. More are
+/// noise or print too fine for the pixels; a small target has four.
+const MOST_OF_STRIP: [usize; 4] = [12, 8, 6, 4];
+
+impl Budget {
+    pub const NONE: Self = Self { px_per_run: 0, left: 0, most: 0 };
+
+    pub fn new(width: u16, px_per_run: u16) -> Self {
+        let most = SAVED_ROWS * u32::from(width);
+        Self { px_per_run: px_per_run.into(), left: most, most }
+    }
+
+    /// Most transitions of a strip's row.
+    fn most_of_strip(&self) -> usize {
+        let [plenty, half, quarter, eighth] = MOST_OF_STRIP;
+        match self.left {
+            _ if self.px_per_run == 0 => STRIP,
+            left if left > self.most / 2 => plenty,
+            left if left > self.most / 4 => half,
+            left if left > self.most / 8 => quarter,
+            _ => eighth,
+        }
+    }
+
+    /// Most transitions of a row.
+    fn most_of_row(&self) -> usize {
+        self.left.checked_div(self.px_per_run).map_or(usize::MAX, |runs| 2 * runs as usize)
+    }
+
+    /// A row of this width with so many runs.
+    fn take(&mut self, width: u16, runs: usize) {
+        let left = self.left.saturating_sub(self.px_per_run * runs as u32);
+        self.left = (left + u32::from(width)).min(self.most);
+    }
+
+    /// Whether there is room for more than runs: a frame that uses its budget up is noise or all clutter.
+    pub fn is_ample(&self) -> bool {
+        self.px_per_run == 0 || self.left > self.most / 2
     }
 }

@@ -11,23 +11,22 @@
 //! calm surroundings nothing else is done to it, and its pixels are all taken to be on one side.
 
 use super::kernel::{self, Line, MOST, ONES, TOP, WORDS};
+use super::noise::Noise;
 use super::rows::{BLOCK_ROWS, Rows};
-use crate::settings::limits;
+
+#[cfg(test)]
+mod tests;
 
 /// Width of a strip, px.
 pub(crate) const STRIP: usize = 4 * WORDS;
 /// Bytes needed for the strips, in widths of the frame.
 pub(crate) const STRIP_WIDTHS: usize = 2;
-/// Ranges of half grey levels told apart by the noise figure.
-const RANGES: usize = 32;
 /// Cells whose ranges make a noise figure.
-const CELLS_WANTED: u16 = 32;
+const CELLS_WANTED: u16 = 64;
 /// Blocks in one of which a strip tells of the noise though it is calm ...
-const CHOSEN_BLOCKS: u16 = 4;
+const CHOSEN_BLOCKS: u16 = 2;
 /// ... and from one such strip to the next, times that: coprime to most numbers of strips.
 const CHOSEN_STEP: usize = 11;
-/// Fractional bits of the noise figure.
-const NOISE_BITS: u32 = 4;
 /// Rows of a block with samples.
 const SAMPLED: [u16; 2] = [1, 3];
 
@@ -60,7 +59,7 @@ const SIDE: u32 = 1 << 5;
 const ACTIVE: u32 = RESTLESS | STEP_RIGHT | STEP_LEFT;
 
 /// Smallest and largest samples of the cells of a strip.
-type Extremes = [u32; 2];
+pub(super) type Extremes = [u32; 2];
 /// Those of nothing.
 const NOTHING: Extremes = [MOST, 0];
 /// No strip.
@@ -125,14 +124,14 @@ impl<'s> Strips<'s> {
         }
         let contrast = self.noise.contrast;
         let width = u32::from(contrast) * ONES;
-        // Else only edges would tell of the noise.
+        // A strip that is not chosen for its edges.
         if self.blocks.is_multiple_of(CHOSEN_BLOCKS) {
             let chosen = usize::from(self.blocks) * CHOSEN_STEP % self.count.max(1);
             if let (Some(a), Some(b)) = (a.get(chosen), b.get(chosen)) {
                 self.noise.add(kernel::extremes(a, b));
             }
         }
-        let mut changed = false;
+        let mut restless = Noise::NONE;
         let mut i = 0;
         loop {
             let Self { data, noise, count, blocks, .. } = &mut *self;
@@ -144,16 +143,21 @@ impl<'s> Strips<'s> {
             i += 1;
             age(strip);
             let extremes = kernel::extremes(a, b);
+            restless.add(extremes);
             noise.add(extremes);
             take(strip, extremes, contrast);
-            changed = true;
         }
-        if self.noise.count >= CELLS_WANTED {
+        // Where nearly all are restless it is for the noise.
+        let crowded = 2 * usize::from(restless.count) >= 7 * self.count;
+        if crowded && self.blocks > 0 {
+            self.noise.replace(&restless);
+        }
+        if crowded || self.noise.count >= CELLS_WANTED {
             self.noise.settle();
         }
         self.blocks += 1;
         self.calm_blocks += 1;
-        if changed {
+        if restless.count > 0 {
             self.calm_blocks = 0;
             self.find_steps(contrast);
         }
@@ -341,47 +345,4 @@ fn thresholds(held: u32, low: u32, high: u32, contrast: u8) -> u32 {
     let (up, down) = (kernel::max(held, above), kernel::min(held, below));
     let kept = kernel::select(kernel::at_least(middle, held), down, up);
     kernel::select(kernel::at_least(high - low, contrast), middle, kept)
-}
-
-/// What noise makes of cells without edges.
-#[derive(Clone, Copy, Debug)]
-struct Noise {
-    /// Cells by the difference of their samples.
-    ranges: [u16; RANGES],
-    count: u16,
-    /// The range that one cell in eight stays below: even on a crowded board that many are flat.
-    figure: u16,
-    /// Smallest difference of half levels that counts as an edge.
-    contrast: u8,
-}
-
-impl Noise {
-    const NONE: Self =
-        Self { ranges: [0; RANGES], count: 0, figure: 0, contrast: limits::MIN_CONTRAST.div_ceil(2) };
-
-    fn add(&mut self, [low, high]: Extremes) {
-        for range in (high - low).to_le_bytes() {
-            if let Some(count) = self.ranges.get_mut(usize::from(range)) {
-                *count += 1;
-            }
-            self.count += 1;
-        }
-    }
-
-    fn settle(&mut self) {
-        let wanted = self.count / 8 + 1;
-        let mut seen = 0;
-        let mut figure = (RANGES as u16) << NOISE_BITS;
-        for (range, &count) in self.ranges.iter().enumerate() {
-            if seen + count >= wanted {
-                figure = ((range as u16) << NOISE_BITS) + ((wanted - seen) << NOISE_BITS) / count.max(1);
-                break;
-            }
-            seen += count;
-        }
-        self.figure = if self.figure == 0 { figure } else { self.figure - self.figure / 4 + figure / 4 };
-        let contrast = (u32::from(self.figure) * limits::CONTRAST_TO_NOISE) >> (NOISE_BITS + 1);
-        self.contrast = contrast.clamp(u32::from(limits::MIN_CONTRAST / 2), 127) as u8;
-        (self.ranges, self.count) = ([0; RANGES], 0);
-    }
 }

@@ -8,7 +8,7 @@ use crate::steps::Tally;
 /// Is the code formatted?
 pub fn fmt(root: &Root, tally: &mut Tally) -> Result<()> {
     tally.run(&mut root.cargo(&["fmt", "--all", "--check"]));
-    for package in ["mailbox-head", "mps2", "riscv-softcore", "rp2350", "stm32h7"] {
+    for package in ["embassy-line", "mailbox-head", "mps2", "riscv-softcore", "rp2350", "stm32h7"] {
         let manifest = format!("examples/{package}/Cargo.toml");
         tally.run(&mut root.cargo(&["fmt", "--manifest-path", &manifest, "--check"]));
     }

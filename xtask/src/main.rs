@@ -1,6 +1,7 @@
 //! `cargo xtask`: builds, checks and runs concentric for every target.
 
 mod bench;
+mod boards;
 mod checks;
 mod firmware;
 mod image;
@@ -31,6 +32,7 @@ Usage: cargo xtask COMMAND
   doc       documentation, warnings are errors
   host      tests of the library and of the desktop program
   firmware  build the firmware, print its sizes, look for panics, heap and f64 arithmetic in it
+  boards    build the firmware of boards that are not emulated, and the library with its logs
   qemu      run the firmware in QEMU: its reports must equal the desktop's byte for byte
   bench     count instructions and bytes on five processors, see `cargo xtask bench --help`
   mps2      run the firmware by hand, see `cargo xtask mps2 --help`
@@ -46,13 +48,14 @@ Environment:
 type Step = fn(&Root, &mut Tally) -> Result<()>;
 
 /// Steps of `test`, in order.
-const STEPS: [(&str, Step); 8] = [
+const STEPS: [(&str, Step); 9] = [
     ("setup", setup::step),
     ("fmt", checks::fmt),
     ("lint", checks::lint),
     ("doc", checks::doc),
     ("host", checks::host),
     ("firmware", firmware::step),
+    ("boards", boards::step),
     ("qemu", firmware::qemu_step),
     ("bench", bench::step),
 ];

@@ -25,8 +25,9 @@ pub struct Memory {
 fn start() -> ! {
     static mut STORAGE: HeadStorage = HeadStorage::new();
     static mut BUFFERS: Buffers = Buffers::new();
+    let (storage, buffers) = (&raw mut STORAGE, &raw mut BUFFERS);
     // SAFETY: runs once, and nothing else can name these variables.
-    let memory = unsafe { Memory { storage: &mut *&raw mut STORAGE, buffers: &mut *&raw mut BUFFERS } };
+    let memory = unsafe { Memory { storage: &mut *storage, buffers: &mut *buffers } };
     // SAFETY: wakes the core only; interrupts as a whole stay off.
     unsafe { mie::set_mtimer() };
     crate::main(memory)

@@ -47,7 +47,8 @@ impl Board for Virt {
     /// Sleeps for a millisecond: the timer wakes the core without an interrupt handler, because interrupts stay off.
     fn wait(&mut self) {
         const TICKS: u64 = hardware::TIMER_HZ / 1000;
-        let now = u64::from(self.timer.read(hardware::TIME_LOW)) | u64::from(self.timer.read(hardware::TIME_HIGH)) << 32;
+        let now = u64::from(self.timer.read(hardware::TIME_LOW))
+            | u64::from(self.timer.read(hardware::TIME_HIGH)) << 32;
         let then = now.wrapping_add(TICKS);
         // The upper word first, so that no value in between is in the past.
         self.timer.write(hardware::COMPARE_HIGH, u32::MAX);

@@ -197,9 +197,9 @@ impl Extent {
         multiples.into_iter().map(cell).collect()
     }
 
+    /// The same conditions in both extents, because a mean over fewer would be that of another set.
     fn pooled(self) -> Vec<Cell> {
-        let radii = self.pick(&[10.0, 20.0, 30.0, 40.0, 50.0, 60.0], &[10.0, 30.0, 60.0]);
-        let tilts = self.pick(&[12.0, 24.0, 36.0, 48.0, 60.0, 72.0], &[12.0, 36.0, 72.0]);
+        let share = if self == Self::Full { 10 } else { 40 };
         let cell = |radius: f64, tilt: f64, noise: f64| Cell {
             radius: radius * SCALE,
             tilt,
@@ -208,11 +208,17 @@ impl Extent {
             black: 30.0,
             contrast: 190.0,
             draws: 1,
-            share: 10,
+            share,
             ..Cell::default()
         };
-        let set = |noise: f64| pairs(&radii, &tilts, |radius, tilt| cell(radius, tilt, noise));
-        self.pick(&[0.0, 1.0, 2.0, 5.0], &[0.0, 2.0]).into_iter().flat_map(set).collect()
+        let set = |noise: f64| {
+            pairs(
+                &[10.0, 20.0, 30.0, 40.0, 50.0, 60.0],
+                &[12.0, 24.0, 36.0, 48.0, 60.0, 72.0],
+                |radius, tilt| cell(radius, tilt, noise),
+            )
+        };
+        [0.0, 1.0, 2.0, 5.0].into_iter().flat_map(set).collect()
     }
 
     fn hidden(self) -> Vec<Cell> {
@@ -254,7 +260,8 @@ mod tests {
     fn quick_cells_are_cells_of_the_whole() {
         let whole = Extent::Full.cells();
         for cell in Extent::Quick.cells() {
-            assert!(whole.contains(&cell), "{}", cell.name());
+            let same = |other: &&Cell| Cell { share: cell.share, ..(*other).clone() } == cell;
+            assert!(whole.iter().find(same).is_some(), "{}", cell.name());
         }
     }
 

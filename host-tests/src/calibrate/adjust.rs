@@ -159,8 +159,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Adjustment {
     fn residuals(&self) -> Option<DVector<f64>> {
         let mut residuals = DVector::zeros(self.rows());
         self.each(|row, _, placed, sight| {
-            let point = placed.ellipse_centre(&sight.object, sight.radius).0;
-            let distance = self.intrinsics.project(&point) - sight.image;
+            let place = placed.seen_centre(&self.intrinsics, &sight.object, sight.radius);
+            let distance = place - sight.image;
             residuals.fixed_rows_mut::<2>(row).copy_from(&(sight.whiten * distance));
         });
         Some(residuals)
@@ -169,6 +169,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Adjustment {
     fn jacobian(&self) -> Option<DMatrix<f64>> {
         let mut jacobian = DMatrix::zeros(self.rows(), self.columns());
         self.each(|row, view, placed, sight| {
+            // What distortion does within an ellipse hardly depends on the parameters.
             let (point, by_pose) = placed.ellipse_centre(&sight.object, sight.radius);
             let projection = self.intrinsics.derive(&point);
             let by_camera = sight.whiten * projection.by_intrinsics;

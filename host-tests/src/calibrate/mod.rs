@@ -42,7 +42,7 @@ pub struct Point {
     /// 0 if `image` is where the point itself appears. Else it is the centre of the ellipse as which a circle of this radius
     /// (mm) about the point appears; the eccentricity is then taken into account with the pose and the camera of the
     /// moment (Heikkila and Silven 1997, "A four-step camera calibration procedure with implicit image correction",
-    /// section 3.2, here by the exact conic). Lens distortion within the ellipse is not.
+    /// section 3.2, here by the exact conic and with the lens distortion within the ellipse).
     pub radius: f64,
 }
 

@@ -157,6 +157,17 @@ impl Pose {
     }
 }
 
+/// Directions of the points of an outline, radians.
+const OUTLINE: [f64; 12] = {
+    let mut directions = [0.0; 12];
+    let mut index = 0;
+    while index < 12 {
+        directions[index] = index as f64 * (std::f64::consts::TAU / 12.0);
+        index += 1;
+    }
+    directions
+};
+
 /// A pose with what its derivatives share.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
@@ -175,6 +186,41 @@ impl Placed {
     /// `x` in camera axes.
     pub fn point(&self, x: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * x + self.tvec
+    }
+
+    /// Where the centre of the ellipse as which `camera` sees a circle of `radius` about `x` appears, px; with radius 0, where
+    /// `x` appears.
+    ///
+    /// Distortion bends the ellipse, and shifts the centre of what is fitted to it by more than it shifts the place of the
+    /// centre. In the affine frame in which the ellipse is the unit circle the fit's centre moves by the first harmonic of
+    /// the outline's distance from that circle.
+    pub fn seen_centre(&self, camera: &Intrinsics, x: &Vector3<f64>, radius: f64) -> Vector2<f64> {
+        if radius == 0.0 {
+            return camera.project(&self.point(x));
+        }
+        let (centre, axes) = self.ellipse(x, radius);
+        let circle = OUTLINE.map(|angle| Vector2::new(angle.cos(), angle.sin()));
+        let outline = circle.map(|u| camera.project(&(centre + axes * u).push(1.0)));
+        let share = 1.0 / circle.len() as f64;
+        let middle = outline.iter().sum::<Vector2<f64>>() * share;
+        let pairs = || outline.iter().zip(&circle);
+        let frame = pairs().map(|(place, u)| place * u.transpose()).sum::<Matrix2<f64>>() * (2.0 * share);
+        let Some(inverse) = frame.try_inverse() else { return middle };
+        let shift: Vector2<f64> =
+            pairs().map(|(place, u)| u * ((inverse * (place - middle)).dot(u) - 1.0)).sum();
+        middle + frame * shift * (2.0 * share)
+    }
+
+    /// Centre and half axes (columns, conjugate to each other) of the image of a circle, in normalised coordinates without
+    /// distortion: from its dual conic, of which [`ellipse_centre`](Self::ellipse_centre) is the last column.
+    fn ellipse(&self, x: &Vector3<f64>, radius: f64) -> (Vector2<f64>, Matrix2<f64>) {
+        let (point, normal) = (self.point(x), self.rotation * self.normal);
+        let plane = Matrix3::identity() - normal * normal.transpose();
+        let dual = plane * (radius * radius) - point * point.transpose();
+        let dual = dual / dual[(2, 2)];
+        let centre = dual.fixed_view::<2, 1>(0, 2).into_owned();
+        let square = centre * centre.transpose() - dual.fixed_view::<2, 2>(0, 0);
+        (centre, square.cholesky().map_or_else(Matrix2::zeros, |root| root.l()))
     }
 
     /// A point in camera axes that appears where the *ellipse centre* of a circle of `radius` about `x` would appear
@@ -275,6 +321,8 @@ mod tests {
             let truth = view.ellipse(DVec2::new(x, y), radius);
             let found = intrinsics.project(&placed.ellipse_centre(&Vector3::new(x, y, 0.0), radius).0);
             assert!((found - Vector2::new(truth.x, truth.y)).norm() < 1e-9, "{found} {truth:?}");
+            let seen = placed.seen_centre(&intrinsics, &Vector3::new(x, y, 0.0), radius);
+            assert!((found - seen).norm() < 1e-9, "{found} {seen}");
             let centre = intrinsics.project(&placed.point(&Vector3::new(x, y, 0.0)));
             assert!((found - centre).norm() > 0.5, "no eccentricity to speak of");
         }

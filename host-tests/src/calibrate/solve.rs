@@ -122,8 +122,8 @@ impl Solved<'_> {
         let (view, pose) = (&self.views[index], &self.solved.poses[index]);
         let placed = Placed::new(pose, self.normal);
         let residual = |(point, &kept): (&super::Point, &bool)| {
-            let (place, _) = placed.ellipse_centre(&point.object.into(), point.radius);
-            let shift = Vector2::from(point.image) - self.solved.intrinsics.project(&place);
+            let place = placed.seen_centre(&self.solved.intrinsics, &point.object.into(), point.radius);
+            let shift = Vector2::from(point.image) - place;
             let whitened = match whitening(point.covariance) {
                 Some(whiten) if self.options.weighted => whiten * shift,
                 _ => shift,

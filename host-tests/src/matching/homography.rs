@@ -30,12 +30,8 @@ pub fn homography(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<Matrix3<f64>
 /// The affine map that takes each first place nearest to the second, as a homography. `None` if they lie on a line.
 pub fn affinity(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<Matrix3<f64>> {
     let from = normalisation(pairs.iter().map(|pair| pair.0.data.0[0]))?;
-    let rows =
-        pairs.iter().map(|(source, _)| Vector2::from(from.apply(source.data.0[0])).push(1.0).transpose());
-    let system = DMatrix::from_fn(pairs.len(), 3, {
-        let rows: Vec<_> = rows.collect();
-        move |row, column| rows[row][column]
-    });
+    let rows: Vec<_> = pairs.iter().map(|(source, _)| from.apply(source.data.0[0])).collect();
+    let system = DMatrix::from_fn(pairs.len(), 3, |row, axis| rows[row].get(axis).copied().unwrap_or(1.0));
     let images = DMatrix::from_fn(pairs.len(), 2, |row, axis| pairs[row].1[axis]);
     let svd = SVD::new(system, true, true);
     let values = &svd.singular_values;
@@ -43,8 +39,8 @@ pub fn affinity(pairs: &[(Vector2<f64>, Vector2<f64>)]) -> Option<Matrix3<f64>> 
         return None;
     }
     let solution = svd.solve(&images, 0.0).ok()?;
-    let h = Matrix3::from_fn(|i, j| if i < 2 { solution[(j, i)] } else { f64::from(u8::from(j == 2)) });
-    Some(h * from.matrix())
+    let row = |axis: usize| [solution[(0, axis)], solution[(1, axis)], solution[(2, axis)]];
+    Some(Matrix3::from_row_slice(&[row(0), row(1), [0.0, 0.0, 1.0]].concat()) * from.matrix())
 }
 
 /// The projection matrix that takes points of space to the image, by the same method. `None` for fewer than six pairs, or

@@ -29,7 +29,9 @@ fn frame(light: &[Edge], trigger: Option<&[Edge]>, pauses: &[Pause], prepare: fn
         let mut head = Head::new(line, exposure, FIRMWARE, &mut buffer);
         head.frame(&mut detector, &mut sensor, &mut row, &mut report)
     };
-    (light.done(), pin.done(), delay.done());
+    light.done();
+    pin.done();
+    delay.done();
     outcome
 }
 
@@ -91,5 +93,7 @@ fn pins_and_delay_come_back() {
     let (_, exposure) = head.release();
     let (mut light, trigger, mut delay) = exposure.release();
     delay.delay_us(7);
-    (light.done(), trigger.unwrap().done(), delay.done());
+    light.done();
+    trigger.unwrap().done();
+    delay.done();
 }

@@ -1,7 +1,8 @@
-//! What the library takes a target's pixels to be: nested ellipses of two levels under one plane of light, blurred.
+//! The level that the model gives a pixel.
 
+use crate::appearance::Model;
 use crate::edge::normal;
-use crate::fit::{Frame, Shape};
+use crate::fit::Frame;
 use crate::math;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
@@ -14,31 +15,13 @@ const CENTRE: f32 = 1e-3;
 
 /// Derivative of the undistorted place by the place in the image: (xx, xy, yx, yy).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Slope(pub [f32; 4]);
+pub(super) struct Slope(pub [f32; 4]);
 
 impl Slope {
     /// A gradient in the undistorted plane as it is in the image.
     fn gradient(&self, (gx, gy): (f32, f32)) -> (f32, f32) {
         let Self([xx, xy, yx, yy]) = *self;
         (gx * xx + gy * yx, gx * xy + gy * yy)
-    }
-}
-
-/// One circle's image.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Outline {
-    pub shape: Shape,
-    pub frame: Frame,
-    det: f32,
-    minor: f32,
-    /// Change of lightness from outside to inside, +1 or -1.
-    pub inside: f32,
-}
-
-impl Outline {
-    pub fn new(shape: Shape, inside: f32) -> Option<Self> {
-        let frame = Frame::new(&shape)?;
-        Some(Self { shape, frame, det: shape.det(), minor: shape.semi_axes().1, inside })
     }
 }
 
@@ -67,32 +50,14 @@ pub(super) struct Expected {
     pub edges: Vec<Near, MAX_CIRCLES>,
 }
 
-/// The model. Coordinates in px about the target's integer origin.
-#[derive(Clone, Debug)]
-pub(super) struct Model {
-    /// Outermost first.
-    pub outlines: Vec<Outline, MAX_CIRCLES>,
-    pub dark: f32,
-    pub bright: f32,
-    /// Slope of the light, 1/px.
-    pub gx: f32,
-    pub gy: f32,
-    /// Standard deviation of the blur, px.
-    pub blur: f32,
-}
-
 impl Model {
-    pub fn contrast(&self) -> f32 {
-        self.bright - self.dark
-    }
-
-    pub fn level(&self, expected: &Expected) -> f32 {
+    pub(super) fn level(&self, expected: &Expected) -> f32 {
         (self.dark + self.contrast() * expected.lightness) * expected.light
     }
 
     /// The pixel at `(x, y)`, where the lens has the derivative `lens`; `None` if it is farther than `reach` px from every
     /// edge.
-    pub fn at(&self, (x, y): (f32, f32), lens: &Slope, reach: f32) -> Option<Expected> {
+    pub(super) fn at(&self, (x, y): (f32, f32), lens: &Slope, reach: f32) -> Option<Expected> {
         let outside = self.outlines.first().map_or(0.0, |outer| if outer.inside < 0.0 { 1.0 } else { 0.0 });
         let light = 1.0 + self.gx * x + self.gy * y;
         let mut expected = Expected { lightness: outside, by_blur: 0.0, light, edges: Vec::new() };

@@ -1,0 +1,62 @@
+//! Pictures that are all clutter: what is dropped is bounded and counted, and targets among it are found.
+
+mod common;
+
+use common::Desktop;
+use concentric::{Detector, Image, Settings, Summary, Target, TargetSpec};
+use concentric_host::render::{Frame, Scene};
+
+fn run(frame: &Frame, px_per_run: u16) -> (Vec<Target>, Summary) {
+    let mut storage = Box::<Desktop>::default();
+    let settings = Settings::new(TargetSpec::any()).px_per_run(px_per_run);
+    let mut detector = Detector::new(settings, &mut storage);
+    let image = Image::new(&frame.pixels, frame.width as u16, frame.height as u16).expect("a frame");
+    let mut detection = detector.detect(&image).expect("a frame that fits");
+    let targets = detection.by_ref().collect();
+    (targets, detection.summary())
+}
+
+/// Twelve targets; right of `from` the picture is `level` instead.
+fn beside(from: usize, level: impl Fn(usize, usize) -> u8) -> (Frame, usize) {
+    let mut frame = Scene::many(12, 640, 480, false, 3).expect("twelve fit").render(3);
+    let width = frame.width;
+    for (i, pixel) in frame.pixels.iter_mut().enumerate().filter(|(i, _)| i % width >= from) {
+        *pixel = level(i % width, i / width);
+    }
+    let whole = frame.truth.targets.iter().filter(|target| {
+        let outer = &target.circles[0];
+        target.x + outer.ellipse.a + 4.0 < from as f64
+    });
+    let whole = whole.count();
+    (frame, whole)
+}
+
+fn noise(x: usize, y: usize) -> u8 {
+    let mut hash = (x as u64) << 32 | y as u64;
+    for _ in 0..2 {
+        hash = (hash ^ hash >> 29).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+    // Of few levels, so that much of it passes for edges.
+    if hash >> 63 == 0 { 30 } else { 220 }
+}
+
+#[test]
+#[ignore = "edges that fill a part of the frame raise the noise figure, which costs a target beside them"]
+fn targets_left_of_noise_boards_and_stripes_are_found() {
+    let board = |x: usize, y: usize| if (x / 2 + y / 2) % 2 == 0 { 20 } else { 220 };
+    let stripes = |x: usize, _: usize| if x % 7 < 3 { 20 } else { 220 };
+    let bars = |_: usize, y: usize| if y % 9 < 4 { 20 } else { 220 };
+    for (what, level) in [
+        ("noise", &noise as &dyn Fn(usize, usize) -> u8),
+        ("board", &board),
+        ("stripes", &stripes),
+        ("bars", &bars),
+    ] {
+        let (frame, whole) = beside(416, level);
+        let (targets, summary) = run(&frame, Settings::DEFAULT_PX_PER_RUN);
+        println!("{what}: {} of {whole}, {:?}", targets.len(), summary.dropped);
+        assert!(whole >= 4, "no test");
+        assert!(targets.len() >= whole, "{what}: {} of {whole}", targets.len());
+        assert!(summary.dropped.runs > 0 || what != "noise", "{what}");
+    }
+}
