@@ -318,6 +318,12 @@ pub(crate) mod limits {
     pub const UNEVEN: f32 = 0.02;
     /// Room for the noise in that, standard deviations of a sector's mean.
     pub const UNEVEN_SIGMAS: f32 = 4.0;
+    /// Variance of a target of which arcs are hidden, in units of what its edge points tell: what hides them reaches into some
+    /// that are left.
+    pub const COVERED_VARIANCE: f32 = 1.5;
+    /// The same where glare, scratches or dirt lie on a target of which all is seen: they move edge points all together, which
+    /// their scatter does not show.
+    pub const SPOILED_VARIANCE: f32 = 4.0;
     /// Mean squared residual of a target's ellipses under the camera, in units of their variance, above which they
     /// contradict it: chance alone does that to one target with two circles in 10,000, even where the noise is 10 % above
     /// what the residuals tell.

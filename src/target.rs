@@ -213,6 +213,15 @@ pub struct Target {
 }
 
 impl Target {
+    /// The same with variances `factor` times as large.
+    pub(crate) fn less_sure(mut self, factor: f32) -> Self {
+        self.covariance = self.covariance.scaled(factor);
+        for circle in &mut self.circles {
+            circle.covariance = circle.covariance.scaled(factor);
+        }
+        self
+    }
+
     /// Distance between the outer ellipse's centre and `centre`, px: the systematic error that was removed.
     pub fn eccentricity(&self) -> f32 {
         self.circles.first().map_or(0.0, |outer| {

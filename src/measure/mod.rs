@@ -57,7 +57,9 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     if covered {
         let plain = Origin::new(origin, None).ok_or(Reject::NotElliptic)?;
         rough(&mut edges, &scanner.pool, &plain);
-    } else if let Some((fitted, light)) = joint(&Edges { edges: &edges, origin }, &scanner.pool, &about) {
+    } else if let Some((fitted, light)) =
+        joint(&Edges { edges: &edges, origin }, &scanner.pool, &about, settings.code.is_some())
+    {
         let circles = choose(&fitted, settings, width)?;
         return assemble(&circles, settings, &light, &about);
     }
@@ -70,15 +72,18 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let source = Source { edges: edges.edges, pool, origin: &about, noise };
     let circles = choose(&fit_all(&source)?, settings, width)?;
     let light = Light::new(&levels, blur, circles.first());
-    if !circles.iter().any(Fitted::is_occluded) {
-        return assemble(&circles, settings, &light, &about);
-    }
-    let all = together(&circles, &source, given)?;
-    if open && !all.has_ratios(settings.spec.ratios()) {
-        return Err(Reject::OpenOutline);
-    }
-    let forms = Forms::together(&all, light.plane, &about).ok_or(Reject::NotConcentric)?;
-    target(&all.circles, &forms, settings, (&light, &about))
+    let found = if circles.iter().any(Fitted::is_occluded) {
+        let all = together(&circles, &source, given)?;
+        if open && !all.has_ratios(settings.spec.ratios()) {
+            return Err(Reject::OpenOutline);
+        }
+        let forms = Forms::together(&all, light.plane, &about).ok_or(Reject::NotConcentric)?;
+        target(&all.circles, &forms, settings, (&light, &about))
+    } else {
+        assemble(&circles, settings, &light, &about)
+    };
+    let excess = if covered { limits::COVERED_VARIANCE } else { limits::SPOILED_VARIANCE };
+    found.map(|target| target.less_sure(excess))
 }
 
 /// Levels and blur of a target of which not everything is seen (`covered`), or in front of which something is.

@@ -99,7 +99,13 @@ struct Pass {
 }
 
 /// The fitted ellipses of all `edges`, with the light. `None` where the target is not seen whole, or not like the model.
-pub(super) fn joint(edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin) -> Option<(FittedList, Light)> {
+/// `ringed` tells that there may be a code around it.
+pub(super) fn joint(
+    edges: &Edges<'_>,
+    pool: &Pool<'_>,
+    origin: &Origin,
+    ringed: bool,
+) -> Option<(FittedList, Light)> {
     if edges.edges.iter().any(|edge| edge.partial || edge.cut) {
         return None;
     }
@@ -110,10 +116,10 @@ pub(super) fn joint(edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin) -> Opti
     let outlines = edges.edges.iter().map(outline).collect::<Option<_>>()?;
     let mut model = Model { outlines, dark, bright, gx: 0.0, gy: 0.0, blur };
     let size = edges.edges.first()?.shape.semi_axes().0;
-    let noise = settle_few(&mut model, edges, pool, origin)?;
+    let noise = settle_few(&mut model, edges, pool, (origin, ringed))?;
     for _ in 0..STEPS {
         let contrast = model.contrast();
-        let scene = Scene::new(&model, size, noise);
+        let scene = Scene::new(&model, size, noise, ringed);
         // The model is less exact where edges blur into each other.
         let uneven = limits::UNEVEN * if scene.overlapping { 1.0 } else { 0.5 };
         let gate = Gate {
@@ -135,12 +141,18 @@ pub(super) fn joint(edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin) -> Opti
 }
 
 /// Steps with few crossings, until they settle. Gives the noise of a sample.
-fn settle_few(model: &mut Model, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin) -> Option<f32> {
+fn settle_few(
+    model: &mut Model,
+    edges: &Edges<'_>,
+    pool: &Pool<'_>,
+    (origin, ringed): (&Origin, bool),
+) -> Option<f32> {
     let size = edges.edges.first()?.shape.semi_axes().0;
     let mut misfit = FOREIGN * model.contrast();
     for step in 0..FEW_STEPS {
         let gate = Gate { few: true, misfit, far: misfit, excess: f32::INFINITY, noise: 0.0 };
-        let solved = pass(&Scene::new(model, size, ROUNDING), edges, pool, origin, &gate).arrow.solve()?;
+        let solved =
+            pass(&Scene::new(model, size, ROUNDING, ringed), edges, pool, origin, &gate).arrow.solve()?;
         let moved = model.take(&solved.step(), size)?;
         let noise = math::sqrt(solved.variance).max(ROUNDING);
         // The first step finds the light; what fits it badly is not known before.

@@ -32,10 +32,12 @@ pub(super) struct Scene {
     pub tight: bool,
     /// Grey levels beyond which noise reaches the ends of the scale, so that the mean is no longer the level.
     pub ends: (f32, f32),
+    /// Around the target there may be the segments of a code: what is far outside of it tells nothing.
+    pub ringed: bool,
 }
 
 impl Scene {
-    pub fn new(model: &Model, size: f32, noise: f32) -> Self {
+    pub fn new(model: &Model, size: f32, noise: f32, ringed: bool) -> Self {
         let next: Vec<Next, MAX_CIRCLES> = (0..model.outlines.len()).map(|k| next(model, k)).collect();
         let bent = |outline: &Outline| {
             let (a, b) = outline.shape.semi_axes();
@@ -43,7 +45,7 @@ impl Scene {
         };
         let overlapping = next.iter().any(|next| next.near != [None; 2]);
         let tight = overlapping || model.outlines.iter().any(bent);
-        Self { model: model.clone(), next, size, overlapping, tight, ends: (noise, 255.0 - noise) }
+        Self { model: model.clone(), next, size, overlapping, tight, ends: (noise, 255.0 - noise), ringed }
     }
 
     pub fn outline(&self, k: Option<usize>) -> Option<&Outline> {

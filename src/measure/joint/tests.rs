@@ -67,7 +67,7 @@ fn crossings(model: &Model) -> Vec<(usize, Crossing)> {
 }
 
 fn arrow(model: &Model, crossings: &[(usize, Crossing)]) -> Arrow {
-    let scene = Scene::new(model, SIZE, 0.3);
+    let scene = Scene::new(model, SIZE, 0.3, false);
     let origin = Origin::new((500, 500), None).unwrap();
     let mut arrow = Arrow::new(model);
     for (k, crossing) in crossings {
@@ -166,7 +166,7 @@ fn blocks_give_the_solution_of_the_whole() {
 #[test]
 fn no_pixel_counts_twice() {
     let model = model(0.9);
-    let scene = Scene::new(&model, SIZE, 0.3);
+    let scene = Scene::new(&model, SIZE, 0.3, false);
     let origin = Origin::new((500, 500), None).unwrap();
     let mut pixels = Vec::new();
     for (k, crossing) in &crossings(&model) {

@@ -299,6 +299,7 @@ impl<'s> View<'s> {
                 distance(next, self.place(nearest), &self.axes).0.abs()
             }
             None if inwards => self.depth(last).0.abs(),
+            None if self.scene.ringed => return None,
             None => f32::INFINITY,
         };
         let middle = 0.5 * (first + last);
