@@ -61,6 +61,7 @@ mod edge;
 mod fit;
 #[cfg(feature = "hal")]
 pub mod head;
+mod list;
 mod log;
 mod math;
 mod measure;

@@ -43,7 +43,7 @@ fn noise(x: usize, y: usize) -> u8 {
 #[test]
 #[ignore = "edges that fill a part of the frame raise the noise figure, which costs a target beside them"]
 fn targets_left_of_noise_boards_and_stripes_are_found() {
-    let board = |x: usize, y: usize| if (x / 2 + y / 2) % 2 == 0 { 20 } else { 220 };
+    let board = |x: usize, y: usize| if (x / 2 + y / 2).is_multiple_of(2) { 20 } else { 220 };
     let stripes = |x: usize, _: usize| if x % 7 < 3 { 20 } else { 220 };
     let bars = |_: usize, y: usize| if y % 9 < 4 { 20 } else { 220 };
     for (what, level) in [

@@ -194,10 +194,10 @@ fn nothing_without_a_code_has_an_id() {
     assert!(wrong.is_empty(), "{} wrong ids\n{}", wrong.len(), wrong.join("\n"));
 }
 
-/// Errors of the centres of the same targets with a code and without one.
+/// Errors of the centres of the same targets with a code and without one, where 4 px or more are between circle and code.
 #[test]
 fn a_code_costs_no_accuracy() {
-    for (radius, tilt) in [(12.0, 20.0), (15.0, 45.0), (15.0, 60.0), (24.0, 40.0)] {
+    for (radius, tilt) in [(12.0, 20.0), (15.0, 45.0), (21.0, 60.0), (24.0, 40.0)] {
         let count = 300;
         let error = |with: bool, seed: u64| {
             let (mut one, ..) = (scene(radius, tilt, 13.0 * seed as f64), ());

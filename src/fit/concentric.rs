@@ -13,6 +13,7 @@
 
 use super::shape::{Frame, Shape};
 use super::solve::{Factor, Matrix};
+use crate::list::list;
 use crate::math;
 use crate::target::{Covariance, MAX_CIRCLES};
 use heapless::Vec;
@@ -237,7 +238,7 @@ impl ConcentricAdjustment {
         });
         Some(ConcentricStep {
             family: family.moved(&step)?,
-            sizes: sizes.collect(),
+            sizes: list(sizes),
             rms: math::sqrt(squares / f32::from(self.points)),
             variance: squares / f32::from(free),
             before: *family,

@@ -1,10 +1,11 @@
 //! Which of a candidate's edges make a target.
 
 use super::combine::{combine, measured_perspective};
-use super::ellipse::{Fitted, FittedList, list};
+use super::ellipse::{Fitted, FittedList};
 use crate::candidate::Offset;
 use crate::centre::Pencil;
 use crate::fit::{Adjusted, Frame};
+use crate::list::list;
 use crate::math;
 use crate::reject::Reject;
 use crate::settings::{Polarity, Settings, limits};

@@ -50,15 +50,6 @@ impl Fitted {
 
 pub(crate) type FittedList = Vec<Fitted, MAX_CIRCLES>;
 
-/// Appends to a list that is never longer than the one it is made of.
-pub(super) fn list(items: impl Iterator<Item = Fitted>) -> FittedList {
-    let mut list = FittedList::new();
-    for item in items.take(MAX_CIRCLES) {
-        let _ = list.push(item);
-    }
-    list
-}
-
 /// Where the edge points come from.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a, 'p> {

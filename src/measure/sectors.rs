@@ -166,7 +166,7 @@ impl SectorLight {
             || self.sums.iter().filter(|(_, count)| *count > 0).map(|&(sum, count)| mean(sum, count));
         let middle = median(filled).clamp(-limits::UNEVEN, limits::UNEVEN);
         // Each of the sectors here is some of those of the mask.
-        let each = SECTORS / self.count;
+        let each = SECTORS / self.count.max(1);
         let (mut filled, mut uneven, mut suspect) = (Sectors(0), Sectors(0), Sectors(0));
         for (i, &(sum, count)) in self.sums.iter().enumerate().filter(|(_, (_, count))| *count > 0) {
             let sigma = noise / math::sqrt(2.0 * f32::from(count));

@@ -9,6 +9,7 @@ use super::origin::Origin;
 use super::sectors::{SectorSums, Sectors};
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Concentric, ConcentricAdjustment, ConcentricStep, Shape, Spread};
+use crate::list::list;
 use crate::math;
 use crate::reject::Reject;
 use crate::scan::Pool;
@@ -57,8 +58,8 @@ pub(super) fn rough(edges: &mut [Edge], pool: &Pool<'_>, origin: &Origin) {
     if fit.settle(false).is_none() {
         return;
     }
-    let shapes: Vec<_, MAX_CIRCLES> = fit.arcs.iter().map(|arcs| (arcs.edge, fit.shape(arcs))).collect();
-    for (k, shape) in shapes {
+    let shapes: Vec<_, MAX_CIRCLES> = list(fit.arcs.iter().map(|arcs| (arcs.edge, fit.shape(arcs))));
+    for &(k, shape) in &shapes {
         if let (Some(edge), Some(shape)) = (edges.get_mut(k).filter(|edge| edge.partial), shape) {
             *edge = edge.with_shape(shape);
         }

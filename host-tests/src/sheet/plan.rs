@@ -46,7 +46,7 @@ impl Page {
         }
         let larger: Vec<_> = [Self::Letter, Self::A4, Self::A3]
             .into_iter()
-            .filter(|page| ways(*page).iter().any(|size| fits(size)))
+            .filter(|page| ways(*page).iter().any(&fits))
             .map(Self::name)
             .collect();
         let [upright, across] = ways(self).map(free);

@@ -3,6 +3,7 @@
 use super::view::Far;
 use crate::appearance::{Model, OWN, SHARED, Spread, Step};
 use crate::fit::{CENTRE_TERMS, Factor, Matrix};
+use crate::list::list;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
@@ -110,7 +111,7 @@ impl Arrow {
         for (i, weight) in model.prior().into_iter().enumerate() {
             shared[i][i] = weight;
         }
-        let blocks = model.outlines.iter().map(|_| Block::default()).collect();
+        let blocks = list(model.outlines.iter().map(|_| Block::default()));
         Self { blocks, shared, right: [0.0; SHARED], squares: 0.0, samples: 0.0 }
     }
 
@@ -229,7 +230,7 @@ pub(super) struct Solved {
 
 impl Solved {
     pub fn step(&self) -> Step {
-        Step { own: self.parts.iter().map(|part| part.own).collect(), shared: self.shared }
+        Step { own: list(self.parts.iter().map(|part| part.own)), shared: self.shared }
     }
 
     /// Variance of a sample that the scatter of the edge points of outline `k` about its ellipse tells.
@@ -247,17 +248,23 @@ impl Solved {
         let part = self.parts.get(k)?;
         let mut spread = Spread { own: [[0.0; 4]; 4], shared: [[0.0; 4]; 4] };
         for (i, (term, scale)) in CENTRE_TERMS.into_iter().enumerate() {
-            let mut unit = [0.0; OWN];
-            unit[term] = scale;
-            let own = part.factor.solve(unit);
-            let moved = self.factor.solve(part.by_shared.map(|terms| scale * terms[term]));
+            let own = part.factor.solve(core::array::from_fn(|i| if i == term { scale } else { 0.0 }));
+            let moved = self.factor.solve(part.by_shared.map(|terms| scale * entry(&terms, term)));
             for (j, (other, scale)) in CENTRE_TERMS.into_iter().enumerate() {
-                let shared =
-                    part.by_shared.iter().zip(moved).fold(0.0, |sum, (by, moved)| sum + by[other] * moved);
-                spread.own[i][j] = scale * own[other];
+                let shared = part
+                    .by_shared
+                    .iter()
+                    .zip(moved)
+                    .fold(0.0, |sum, (by, moved)| sum + entry(by, other) * moved);
+                spread.own[i][j] = scale * entry(&own, other);
                 spread.shared[i][j] = scale * shared;
             }
         }
         Some(spread)
     }
+}
+
+/// Entry `i` of an outline's own terms.
+fn entry(terms: &[f32; OWN], i: usize) -> f32 {
+    terms.get(i).copied().unwrap_or(0.0)
 }

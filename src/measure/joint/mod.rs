@@ -24,6 +24,7 @@ use super::{Light, check_contrast};
 use crate::appearance::{Model, Outline};
 use crate::edge::{Edge, Edges};
 use crate::fit::Adjusted;
+use crate::list::list;
 use crate::math;
 use crate::scan::Pool;
 use crate::settings::limits;
@@ -113,7 +114,10 @@ pub(super) fn joint(
     let outline = |edge: &Edge| {
         Outline::new(origin.undistorted_shape(&edge.shape)?, if edge.dark_inside { -1.0 } else { 1.0 })
     };
-    let outlines = edges.edges.iter().map(outline).collect::<Option<_>>()?;
+    let outlines: Vec<_, MAX_CIRCLES> = list(edges.edges.iter().map_while(outline));
+    if outlines.len() < edges.edges.len() {
+        return None;
+    }
     let mut model = Model { outlines, dark, bright, gx: 0.0, gy: 0.0, blur };
     let size = edges.edges.first()?.shape.semi_axes().0;
     let noise = settle_few(&mut model, edges, pool, (origin, ringed))?;

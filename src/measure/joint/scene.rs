@@ -1,6 +1,7 @@
 //! A model, prepared for the crossings of its outlines.
 
 use crate::appearance::{Model, Outline};
+use crate::list::list;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
@@ -38,7 +39,7 @@ pub(super) struct Scene {
 
 impl Scene {
     pub fn new(model: &Model, size: f32, noise: f32, ringed: bool) -> Self {
-        let next: Vec<Next, MAX_CIRCLES> = (0..model.outlines.len()).map(|k| next(model, k)).collect();
+        let next: Vec<Next, MAX_CIRCLES> = list((0..model.outlines.len()).map(|k| next(model, k)));
         let bent = |outline: &Outline| {
             let (a, b) = outline.shape.semi_axes();
             b * b < TIGHT * a

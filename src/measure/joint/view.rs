@@ -295,7 +295,7 @@ impl<'s> View<'s> {
         let clear = match self.scene.outline(self.next.far[usize::from(inwards)]) {
             Some(next) => {
                 let nearest =
-                    if inwards { self.nearest(next).clamp(first.min(last), first.max(last)) } else { last };
+                    if inwards { self.nearest(next).max(first.min(last)).min(first.max(last)) } else { last };
                 distance(next, self.place(nearest), &self.axes).0.abs()
             }
             None if inwards => self.depth(last).0.abs(),

@@ -128,9 +128,8 @@ fn trials(scene: &Scene, sigma: f64, count: u32, f_used: f64) -> Statistics {
     let mut noise = Noise(7 + scene.radius as u64);
     let mut s = Statistics::default();
     for _ in 0..count {
-        let circles = super::super::ellipse::list(
-            [1.0, 0.5].into_iter().map(|ratio| scene.fit(ratio, sigma, &mut noise)),
-        );
+        let circles =
+            crate::list::list([1.0, 0.5].into_iter().map(|ratio| scene.fit(ratio, sigma, &mut noise)));
         let exact = combine(&circles, measured_perspective(&circles).unwrap()).unwrap();
         s.exact += f64::from(exact.x * exact.x + exact.y * exact.y);
         let Some(Known { centre: Centre { x, y, covariance: c, .. }, normal }) = known(&circles, &lens, 0.0)
