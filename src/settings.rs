@@ -138,8 +138,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// A frame of 320 x 240 px may have 2400 runs: 60 annuli of 9 px radius have 1600.
-    pub const DEFAULT_PX_PER_RUN: u16 = 32;
+    /// A frame of 320 x 240 px may have 9600 runs: 60 annuli of 9 px radius have 1600. Less starves targets in uneven light.
+    pub const DEFAULT_PX_PER_RUN: u16 = 8;
 
     /// Settings for `spec` with the exact compensation.
     pub const fn new(spec: TargetSpec) -> Self {

@@ -40,6 +40,7 @@ fn tables_and_outputs_are_as_computed() {
     readme.put("output:detect", &program::detect(readme.text()));
     readme.put("table:accuracy", &figures::accuracy());
     readme.put("table:goals", &accuracy::goals());
+    readme.put("table:paper", &accuracy::paper());
     readme.put("table:found", &figures::found());
     readme.put("table:memory", &sizes::memory());
     readme.put("table:report", &sizes::report());

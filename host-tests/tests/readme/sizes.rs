@@ -24,7 +24,9 @@ fn row<const WIDTH: usize, const OUTLINES: usize, const CROSSINGS: usize>(
         let mut detection = detector.detect(&image).expect("size of a frame");
         let targets: Vec<_> = detection.by_ref().collect();
         let summary = detection.summary();
-        assert_eq!(summary.dropped, Dropped::default(), "{size}: the storage is too small");
+        // Runs of clutter are dropped by a bound of the work, which no storage moves.
+        let Dropped { outlines: no_outline, crossings: no_crossing, .. } = summary.dropped;
+        assert_eq!((no_outline, no_crossing), (0, 0), "{size}: the storage is too small");
         (outlines, crossings) = (outlines.max(summary.used.outlines), crossings.max(summary.used.crossings));
         assert_eq!(errors(&targets, &frame.truth).0.len(), count, "{size}: targets missed");
     }
@@ -43,10 +45,10 @@ fn crowd(count: usize, width: u32, height: u32, seed: u64) -> Frame {
 
 pub fn memory() -> String {
     let rows = [
-        row::<320, 64, 900>(12, 240),
-        row::<640, 128, 1800>(60, 480),
-        row::<1280, 160, 2400>(60, 1024),
-        row::<4096, 160, 2400>(60, 3072),
+        row::<320, 32, 900>(12, 240),
+        row::<640, 64, 1600>(60, 480),
+        row::<1280, 64, 1800>(60, 1024),
+        row::<4096, 64, 1800>(60, 3072),
     ];
     table(
         &["storage", "bytes", "KiB", "enough for targets", "in a frame of", "outlines and crossings used"],
