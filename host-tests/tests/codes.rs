@@ -59,7 +59,7 @@ fn every_id_is_read() {
                 let targets = read(&frame, Settings::new(spec).code(code));
                 let circles: Vec<_> = targets.iter().map(|target| target.circles.len()).collect();
                 let read = targets.first().and_then(|target| target.code);
-                if circles != [2] || !read.is_some_and(|read| (read.id, read.wrong) == (id, 0)) {
+                if circles != [2] || read.is_none_or(|read| (read.id, read.wrong) != (id, 0)) {
                     failures
                         .push(format!("{name:?} {id} {:?}: {circles:?} circles, {read:?}", spec.ratios()));
                 }
@@ -141,7 +141,7 @@ fn random_clutter(seed: u64) -> Scene {
     let mut random = Random::new(seed);
     let mut scene = Scene::many(2, 200, 150, false, seed).expect("two targets fit");
     scene.photometry.noise = random.within(0.0, 5.0);
-    if seed % 2 == 0 {
+    if seed.is_multiple_of(2) {
         for _ in 0..7 {
             // As many as there is room for.
             let _ = scene.scatter(1, random.within(0.0, 1e15) as u64);
