@@ -49,7 +49,7 @@ extern "C" fn bench_mark(region: u32) {
 }
 
 /// Bytes below a function's stack that are watched.
-const WATCHED: usize = 16 << 10;
+const WATCHED: usize = 48 << 10;
 const PAINT: u32 = 0xC010_55A1;
 
 /// The stack pointer of the function that this is inlined into.

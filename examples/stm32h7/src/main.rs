@@ -43,7 +43,7 @@ bind_interrupts!(struct Irqs {
     USART3 => usart::BufferedInterruptHandler<peripherals::USART3>;
 });
 
-static STORAGE: ConstStaticCell<Storage<WIDTH, 192, 3500>> = ConstStaticCell::new(Storage::new());
+static STORAGE: ConstStaticCell<Storage<WIDTH, 128, 2600>> = ConstStaticCell::new(Storage::new());
 static BYTES: ConstStaticCell<[u8; BUFFER]> = ConstStaticCell::new([0; BUFFER]);
 static ROW: ConstStaticCell<[u8; WIDTH]> = ConstStaticCell::new([0; WIDTH]);
 static REPORT: StaticCell<Report<TARGETS>> = StaticCell::new();
