@@ -24,8 +24,9 @@ pub fn frames() -> &'static [u8] {
 /// The memory of the measurement; called once.
 pub fn memory() -> &'static mut Memory {
     static mut MEMORY: Memory = Memory::new();
+    let memory = &raw mut MEMORY;
     // SAFETY: `main` is the only caller and runs once.
-    unsafe { &mut *(&raw mut MEMORY) }
+    unsafe { &mut *memory }
 }
 
 #[repr(align(256))]
