@@ -60,3 +60,35 @@ fn targets_left_of_noise_boards_and_stripes_are_found() {
         assert!(summary.dropped.runs > 0 || what != "noise", "{what}");
     }
 }
+
+/// A frame of nothing but runs: each pixel of `period` x `period` px squares turns over.
+fn squares(width: usize, height: usize, period: usize) -> Frame {
+    let mut frame = Scene::many(1, width as u32, height as u32, false, 1).expect("one fits").render(1);
+    let turned = |i: usize| (i % width / period + i / width / period).is_multiple_of(2);
+    frame.pixels.iter_mut().enumerate().for_each(|(i, pixel)| *pixel = if turned(i) { 20 } else { 220 });
+    frame
+}
+
+/// Without the bound nothing of a picture is dropped for its runs; the tighter it is, the more, and every time the same.
+#[test]
+fn runs_beyond_the_bound_are_dropped_and_counted() {
+    for frame in [squares(320, 240, 9), squares(640, 480, 11)] {
+        let dropped = |px_per_run: u16| run(&frame, px_per_run).1.dropped.runs;
+        let counts = [0, 8, 32, 128].map(dropped);
+        println!("dropped with 0, 8, 32, 128 px for each run: {counts:?}");
+        assert!(counts.is_sorted() && counts[3] > counts[0], "{counts:?}");
+        assert_eq!(dropped(32), counts[2]);
+    }
+}
+
+/// The bound that is set at first costs no target on a crowded board.
+#[test]
+fn a_crowded_board_keeps_within_the_bound() {
+    let frame = Scene::many(60, 320, 240, false, 5);
+    let frame = frame.or_else(|_| Scene::many(40, 320, 240, false, 5)).expect("forty fit").render(5);
+    let (bounded, _) = run(&frame, Settings::DEFAULT_PX_PER_RUN);
+    let (free, _) = run(&frame, 0);
+    assert_eq!(bounded, free);
+    // Teeth: a bound that is far too tight does.
+    assert!(run(&frame, 400).0.len() < free.len());
+}

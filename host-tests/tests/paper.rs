@@ -2,7 +2,10 @@
 //!
 //! `CONCENTRIC_BLESS=1 cargo test --release -p concentric-host --test paper` writes that anew.
 
-use std::path::{Path, PathBuf};
+mod common;
+
+use common::golden;
+use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
@@ -18,27 +21,11 @@ use indicatif::ProgressBar;
 /// Shown in the checkout: the pictures of the others are large.
 const SHOWN: [&str; 3] = ["figure4.svg", "figure5.svg", "figure8.svg"];
 
-const HOW_TO_BLESS: &str = "if that is right, write it with\nCONCENTRIC_BLESS=1 cargo test --release -p concentric-host --test paper";
-
 static REPORT: LazyLock<Report> =
     LazyLock::new(|| Report::new(&ProgressBar::hidden()).expect("every experiment can be done"));
 
-fn golden(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/paper").join(name)
-}
-
 fn compare(name: &str, text: &str) {
-    let path = golden(name);
-    if std::env::var_os("CONCENTRIC_BLESS").is_some_and(|value| value == "1") {
-        std::fs::create_dir_all(golden("")).expect("a folder");
-        std::fs::write(&path, text).expect("a file");
-        return;
-    }
-    let before = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    for (before, now) in before.lines().zip(text.lines()) {
-        assert_eq!(before, now, "{name}: {HOW_TO_BLESS}");
-    }
-    assert_eq!(before.lines().count(), text.lines().count(), "{name}: {HOW_TO_BLESS}");
+    golden::compare(&format!("paper/{name}"), text, "paper");
 }
 
 #[test]

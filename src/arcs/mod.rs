@@ -6,7 +6,7 @@
 //! 3. [`take`]: the crossings of that arc, if there are enough of them in the right places.
 //! 4. [`shows_paper`]: a letter C is an open ring, but nothing lies over it.
 //!
-//! The work of a search is bounded: 64 points, 64 trials, and [`limits::MAX_SEARCHES`](crate::settings::limits) a frame.
+//! The work of a search is bounded: 96 points, 32 trial windows, and [`limits::MAX_SEARCHES`](crate::settings::limits) a frame.
 
 mod gap;
 mod points;

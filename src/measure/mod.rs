@@ -347,7 +347,8 @@ fn flags(circles: &FittedList, settings: &Settings, light: &Light) -> Flags {
         let (_, b) = circle.adjusted.shape.semi_axes();
         let square = circle.adjusted.rms * circle.adjusted.rms;
         flags.set(Flags::RESIDUAL, square > explained + limits::FLAG_RESIDUAL * limits::FLAG_RESIDUAL);
-        flags.set(Flags::OCCLUDED, circle.is_occluded());
+        // Arcs that close the circle hide nothing.
+        flags.set(Flags::OCCLUDED, circle.gap > if circle.partial { 0 } else { limits::FLAG_GAP });
         flags.set(Flags::CUT, circle.cut);
         flags.set(Flags::SMALL, b.min(outside - b) < limits::FLAG_SMALL);
         outside = b;

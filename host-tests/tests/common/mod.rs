@@ -4,6 +4,7 @@
 #![allow(dead_code)]
 
 pub mod boards;
+pub mod golden;
 
 use concentric::{Detector, Image, Settings, Storage, Summary, Target, TargetSpec};
 use concentric_host::render::{Frame, Truth};

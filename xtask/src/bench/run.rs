@@ -99,7 +99,8 @@ impl Job {
             };
             let without = flash(&["--features", "empty"])?;
             measured.library_flash = measured.flash.checked_sub(without);
-            measured.library_flash_small = flash(&["--config", FOR_SIZE])?.checked_sub(without);
+            measured.library_flash_small =
+                flash(&["--config", FOR_SIZE, "--features", "panics-halt"])?.checked_sub(without);
         }
         Ok(measured)
     }
