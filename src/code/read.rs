@@ -2,7 +2,7 @@
 
 use super::{Code, INNER, OUTER, QUIET, Reading};
 use crate::detector::Image;
-use crate::fit::Frame;
+use crate::fit::{Frame, Shape};
 use crate::math;
 use crate::measure::Origin;
 use crate::settings::Settings;
@@ -42,8 +42,11 @@ const PLAINLY_WRONG: u32 = 2;
 pub fn read(image: &Image<'_>, settings: &Settings, target: &mut Target) -> bool {
     let sign = if target.flags.contains(crate::Flags::LIGHT) { -1.0 } else { 1.0 };
     target.code = settings.code.and_then(|code| {
-        let plane = Plane::new(settings, target)?;
-        Ring::new(image, &plane, &code, sign)?.read(&plane, &code, target.contrast)
+        let planes = [Plane::new(settings, target), Plane::inner(settings, target)];
+        planes
+            .into_iter()
+            .flatten()
+            .find_map(|plane| Ring::new(image, &plane, &code, sign)?.read(&plane, &code, target.contrast))
     });
     target.code.is_some()
 }
@@ -64,12 +67,26 @@ struct Plane {
 }
 
 impl Plane {
+    /// That of the outer circle and the true centre.
     fn new(settings: &Settings, target: &Target) -> Option<Self> {
         let origin = Origin::of(target, settings.camera.as_ref())?;
         let shape = origin.shape(target.circles.first()?)?;
-        let frame = Frame::new(&shape)?;
-        let (x, y) = origin.offset(target.centre)?;
-        let c = frame.vector(x - shape.cx, y - shape.cy);
+        Self::of(origin, &shape, origin.offset(target.centre)?, target.blur)
+    }
+
+    /// That of the innermost circle as if it had no eccentricity. A code near the outer circle of a small target moves that and the
+    /// true centre with it; where it is so near, eccentricity is nothing.
+    fn inner(settings: &Settings, target: &Target) -> Option<Self> {
+        let origin = Origin::of(target, settings.camera.as_ref())?;
+        let (outer, inner) = (target.circles.first()?.ellipse, target.circles.last()?);
+        let ratio = math::sqrt(inner.ellipse.a * inner.ellipse.b / (outer.a * outer.b));
+        let shape = origin.shape(inner)?.grown(1.0 / ratio);
+        Self::of(origin, &shape, (shape.cx, shape.cy), target.blur)
+    }
+
+    fn of(origin: Origin, shape: &Shape, centre: (f32, f32), blur: f32) -> Option<Self> {
+        let frame = Frame::new(shape)?;
+        let c = frame.vector(centre.0 - shape.cx, centre.1 - shape.cy);
         let square = 1.0 - c.0 * c.0 - c.1 * c.1;
         // The vanishing line must lie beyond the code.
         (square > 1.0 - 1.0 / (QUIET * QUIET)).then_some(Self {
@@ -78,7 +95,7 @@ impl Plane {
             ellipse: (shape.cx, shape.cy),
             c,
             s: math::sqrt(square),
-            margin: (REACH * target.blur / shape.semi_axes().1).clamp(MARGINS.0, MARGINS.1),
+            margin: (REACH * blur / shape.semi_axes().1).clamp(MARGINS.0, MARGINS.1),
         })
     }
 
