@@ -37,8 +37,13 @@ const PLAINLY_WRONG: u32 = 2;
 /// the image's border cuts, one of an id that is not in the settings, one with more segments that are not clear than can be
 /// repaired. A target without a ring of segments has no code.
 ///
-/// The ring is looked at where the plane of the target puts it, which follows from the outer ellipse and the true centre. The work is at
-/// most 112 places around the ring, five pixels by four at each.
+/// A segment is clear where every level in it is on its side of the middle between ink and ground, away from its borders, and
+/// the paper inside and outside of it is clean. Only what is not clear is repaired; a segment that plainly is the other
+/// bit counts as two that are not.
+///
+/// The ring is looked at where the plane of the target puts it, which follows from the outer ellipse and the true centre, and if
+/// nothing is read there, about the innermost ellipse. The work is at most 112 places around the ring, seven levels of four
+/// pixels at each, twice.
 pub fn read(image: &Image<'_>, settings: &Settings, target: &mut Target) -> bool {
     let sign = if target.flags.contains(crate::Flags::LIGHT) { -1.0 } else { 1.0 };
     target.code = settings.code.and_then(|code| {
