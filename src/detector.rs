@@ -5,6 +5,7 @@ use core::fmt;
 use crate::candidate::{self, Waiting};
 use crate::log::log;
 use crate::measure::measure;
+use crate::region::{Region, Regions};
 use crate::reject::{Observer, Reject, Rejected};
 use crate::scan::{NONE, Scanner};
 use crate::settings::{Compensation, Polarity, Settings};
@@ -88,7 +89,7 @@ impl<'s> Detector<'s> {
         log!(debug, "frame of {} x {} px", width, height);
         self.scanner.begin(width, height, self.settings.px_per_run);
         let summary = Summary { width, height, ..Summary::default() };
-        Ok(Scan { detector: self, waiting: Waiting::EMPTY, summary, observer })
+        Ok(Scan { detector: self, regions: Regions::all(), waiting: Waiting::EMPTY, summary, observer })
     }
 
     /// Finds the targets of an image in memory. The rest of the image is not looked at if the iterator is dropped early.
@@ -105,12 +106,60 @@ impl<'s> Detector<'s> {
 #[derive(Debug)]
 pub struct Scan<'d, 's, O: Observer = ()> {
     detector: &'d mut Detector<'s>,
+    regions: Regions<'d>,
     waiting: Waiting,
     summary: Summary,
     observer: O,
 }
 
 impl<'d, 's, O: Observer> Scan<'d, 's, O> {
+    /// Limits the search to `regions`, sorted by their first rows; they may overlap. Call it before the first row.
+    ///
+    /// What lies in a region, with 12 px of what surrounds it, is measured as in a search of the whole frame: bit for bit,
+    /// if both take the same for noise and the surroundings are light (else thresholds in flat surroundings may differ, and
+    /// with them which outlines are rejected). What a region cuts is no target. Noise is what it was in the last frame
+    /// that was searched as a whole, the least that the settings assume before the first.
+    ///
+    /// Rows two blocks of four away from all regions cost a comparison, columns outside of them a copy.
+    ///
+    /// # Errors
+    /// [`FrameError::Region`], [`FrameError::LateRegions`].
+    pub fn within(mut self, regions: &'d [Region]) -> Result<Self, FrameError> {
+        let given = self.detector.scanner.pushed();
+        if given > 0 {
+            return Err(FrameError::LateRegions { given });
+        }
+        let Summary { width, height, .. } = self.summary;
+        self.regions = Regions::new(regions, (width, height)).map_err(|at| FrameError::Region { at })?;
+        Ok(self)
+    }
+
+    /// Whether the pixels of the next row are looked at. If not, [`skip_row`](Self::skip_row) does.
+    pub fn needs_row(&self) -> bool {
+        self.regions.need(self.detector.scanner.pushed())
+    }
+
+    /// Takes the next row without its pixels. Otherwise as [`push_row`](Self::push_row).
+    ///
+    /// # Errors
+    /// [`RowError`], also for a row that [is needed](Self::needs_row).
+    pub fn skip_row(&mut self) -> Result<Targets<'_, 'd, 's, O>, RowError> {
+        let (row, height) = (self.detector.scanner.pushed(), self.summary.height);
+        if row >= height {
+            return Err(RowError::TooMany { height });
+        }
+        if self.needs_row() {
+            return Err(RowError::Needed { row });
+        }
+        Ok(self.take_row(&[]))
+    }
+
+    fn take_row(&mut self, row: &[u8]) -> Targets<'_, 'd, 's, O> {
+        self.detector.scanner.push_row(row, &mut self.regions);
+        self.take_closed();
+        Targets { scan: self }
+    }
+
     /// Takes the next row, top down: one byte for each pixel. The iterator measures and gives the targets that are complete;
     /// those that are not taken from it come with the next row.
     ///
@@ -124,9 +173,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         if self.detector.scanner.pushed() >= height {
             return Err(RowError::TooMany { height });
         }
-        self.detector.scanner.push_row(row);
-        self.take_closed();
-        Ok(Targets { scan: self })
+        Ok(self.take_row(row))
     }
 
     /// Ends the frame. The result gives the last targets and the summary.
@@ -138,7 +185,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         if given < height {
             return Err(FrameError::TooFewRows { given, height });
         }
-        self.detector.scanner.finish();
+        self.detector.scanner.finish(&mut self.regions);
         self.take_closed();
         Ok(Rest { scan: self })
     }
@@ -293,8 +340,8 @@ impl Iterator for Detection<'_, '_, '_> {
                 return None;
             }
             match self.rows.next() {
-                Some(row) => self.scan.detector.scanner.push_row(row),
-                None => self.scan.detector.scanner.finish(),
+                Some(row) => self.scan.detector.scanner.push_row(row, &mut self.scan.regions),
+                None => self.scan.detector.scanner.finish(&mut self.scan.regions),
             }
             self.scan.take_closed();
         }
@@ -333,6 +380,16 @@ pub enum FrameError {
         /// Rows announced.
         height: u16,
     },
+    /// A region is empty, does not lie within the frame, or begins above the one before it.
+    Region {
+        /// Its number, from 0.
+        at: usize,
+    },
+    /// Regions were given after the first row.
+    LateRegions {
+        /// Rows given before.
+        given: u16,
+    },
     /// [`Compensation::Known`] without a camera in the settings.
     NoCamera,
     /// The camera's distortion shows places twice within the frame.
@@ -364,6 +421,13 @@ impl fmt::Display for FrameError {
             }
             Self::TooFewRows { given, height } => {
                 write!(f, "frame ended after {given} of {height} rows")
+            }
+            Self::Region { at } => write!(
+                f,
+                "region {at} must not be empty, must lie within the frame, and must not begin above the one before it"
+            ),
+            Self::LateRegions { given } => {
+                write!(f, "regions after {given} rows: give them before the first")
             }
             Self::NoCamera => write!(f, "compensation `Known` needs a camera in the settings"),
             Self::Folded { width, height } => write!(
@@ -397,6 +461,11 @@ pub enum RowError {
         /// Height of the frame, px.
         height: u16,
     },
+    /// Its pixels are needed.
+    Needed {
+        /// Number of the row, from 0.
+        row: u16,
+    },
 }
 
 impl fmt::Display for RowError {
@@ -406,6 +475,7 @@ impl fmt::Display for RowError {
                 write!(f, "row of {given} pixels in a frame that is {width} px wide")
             }
             Self::TooMany { height } => write!(f, "row after the last of {height}"),
+            Self::Needed { row } => write!(f, "the pixels of row {row} are needed"),
         }
     }
 }
