@@ -7,7 +7,7 @@ use crate::log::log;
 use crate::measure::measure;
 use crate::region::{Region, Regions};
 use crate::reject::{Observer, Reject, Rejected};
-use crate::scan::{NONE, Scanner};
+use crate::scan::{NONE, Run, Scanner};
 use crate::settings::{Compensation, Polarity, Settings};
 use crate::storage::Storage;
 use crate::summary::{Summary, Used};
@@ -115,10 +115,10 @@ pub struct Scan<'d, 's, O: Observer = ()> {
 impl<'d, 's, O: Observer> Scan<'d, 's, O> {
     /// Limits the search to `regions`, sorted by their first rows; they may overlap. Call it before the first row.
     ///
-    /// What lies in a region, with 12 px of what surrounds it, is measured as in a search of the whole frame: bit for bit,
-    /// if both take the same for noise and the surroundings are light (else thresholds in flat surroundings may differ, and
-    /// with them which outlines are rejected). What a region cuts is no target. Noise is what it was in the last frame
-    /// that was searched as a whole, the least that the settings assume before the first.
+    /// What lies in a region, with 24 columns and 12 rows of what surrounds it, is measured as in a search of the whole frame.
+    /// Without noise that is bit for bit. With noise the local threshold may come from other samples of the same surroundings,
+    /// so that now and then a pixel changes sides; the centre differs by less than a fifth of its standard deviation. What a
+    /// region cuts is no target. The least contrast of an edge is that of the last frame that was searched as a whole.
     ///
     /// Rows two blocks of four away from all regions cost a comparison, columns outside of them a copy.
     ///
@@ -166,6 +166,45 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
     /// # Errors
     /// [`RowError`]; the row is then ignored and the frame can go on.
     pub fn push_row(&mut self, row: &[u8]) -> Result<Targets<'_, 'd, 's, O>, RowError> {
+        self.check_row(row)?;
+        if self.detector.scanner.runs_are_given() {
+            return Err(RowError::Mixed);
+        }
+        Ok(self.take_row(row))
+    }
+
+    /// The same where the dark runs of the row are known, from logic beside the processor that has the pixels first. The
+    /// library then looks at pixels only beside the ends of the runs.
+    ///
+    /// `runs` are all of the row, from left to right, with a light pixel between them; what is outside the frame is light.
+    /// No difference of grey levels below `min_contrast` was taken for an edge, from 2 on; the one given with the last row
+    /// of a block of four holds for the block above. Which pixels are dark is up to the logic, but must change only where the
+    /// grey level passes a threshold between the two sides: where it does not, edge profiles are refused. The runs and the
+    /// contrast of the library's own threshold give the results of [`push_row`](Self::push_row), bit for bit.
+    ///
+    /// All rows of a frame come with their runs, or none; there are no regions then.
+    ///
+    /// # Errors
+    /// [`RowError`]; the row is then ignored and the frame can go on.
+    pub fn push_row_with_runs(
+        &mut self,
+        row: &[u8],
+        runs: &[Run],
+        min_contrast: u8,
+    ) -> Result<Targets<'_, 'd, 's, O>, RowError> {
+        self.check_row(row)?;
+        let scanner = &mut self.detector.scanner;
+        if !self.regions.are_all() || scanner.pushed() > 0 && !scanner.runs_are_given() {
+            return Err(RowError::Mixed);
+        }
+        scanner
+            .push_row_with_runs(row, runs, min_contrast)
+            .map_err(|error| RowError::Run { at: error.at })?;
+        self.take_closed();
+        Ok(Targets { scan: self })
+    }
+
+    fn check_row(&self, row: &[u8]) -> Result<(), RowError> {
         let Summary { width, height, .. } = self.summary;
         if row.len() != usize::from(width) {
             return Err(RowError::Length { given: row.len(), width });
@@ -173,7 +212,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         if self.detector.scanner.pushed() >= height {
             return Err(RowError::TooMany { height });
         }
-        Ok(self.take_row(row))
+        Ok(())
     }
 
     /// Ends the frame. The result gives the last targets and the summary.
@@ -461,6 +500,13 @@ pub enum RowError {
         /// Height of the frame, px.
         height: u16,
     },
+    /// A run is empty, ends beyond the frame, or does not lie right of the one before with a light pixel between.
+    Run {
+        /// Its number, from 0.
+        at: usize,
+    },
+    /// Runs with some rows of the frame and not with others, or with regions.
+    Mixed,
     /// Its pixels are needed.
     Needed {
         /// Number of the row, from 0.
@@ -475,6 +521,11 @@ impl fmt::Display for RowError {
                 write!(f, "row of {given} pixels in a frame that is {width} px wide")
             }
             Self::TooMany { height } => write!(f, "row after the last of {height}"),
+            Self::Run { at } => write!(
+                f,
+                "run {at} must not be empty, must lie within the row, and right of the one before with a light pixel between"
+            ),
+            Self::Mixed => write!(f, "all rows of a frame come with their runs, or none; with regions none"),
             Self::Needed { row } => write!(f, "the pixels of row {row} are needed"),
         }
     }

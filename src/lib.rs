@@ -84,6 +84,7 @@ pub use detector::{
 };
 pub use region::Region;
 pub use reject::{Dropped, Observer, Reject, Rejected, Rejects};
+pub use scan::Run;
 pub use settings::{Compensation, MAX_SPEC_CIRCLES, Polarity, Settings, SettingsError, TargetSpec};
 pub use storage::Storage;
 pub use summary::{Summary, Used};

@@ -43,8 +43,8 @@ use heapless::Vec;
 
 /// Frames in which a target may be missing before its track ends.
 pub const MAX_MISSED: u8 = 4;
-/// Surroundings of a target that its measurement looks at, px.
-const SURROUNDINGS: f32 = 12.0;
+/// Columns and rows beside a target that its measurement looks at, px: stretches on a row lead farther away.
+const SURROUNDINGS: [f32; 2] = [24.0, 12.0];
 
 /// A target that is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,13 +77,15 @@ impl Track {
     pub fn region(&self, width: u16, height: u16) -> Option<Region> {
         let (x, y) = self.expected();
         let frames = f32::from(self.missed) + 1.0;
-        let span = |centre: f32, step: f32, size: u16| {
+        let span = |centre: f32, step: f32, size: u16, around: f32| {
             let change = (0.5 * step.abs()).max(0.25 * self.reach);
-            let reach = self.reach + SURROUNDINGS + frames * change;
+            let reach = self.reach + around + frames * change;
             let (first, last) = (centre - reach, centre + reach);
             (last >= 0.0 && first < f32::from(size)).then(|| (first as u16, (last as u16).min(size - 1)))
         };
-        let ((left, right), (top, bottom)) = (span(x, self.step.0, width)?, span(y, self.step.1, height)?);
+        let [beside, above] = SURROUNDINGS;
+        let (left, right) = span(x, self.step.0, width, beside)?;
+        let (top, bottom) = span(y, self.step.1, height, above)?;
         Some(Region { top, bottom, left, right })
     }
 

@@ -17,6 +17,7 @@ use super::noise::Noise;
 use super::rows::{BLOCK_ROWS, Rows};
 use crate::region::Regions;
 
+mod given;
 #[cfg(test)]
 mod tests;
 
@@ -91,16 +92,20 @@ pub(crate) struct Strips<'s> {
     /// The first strip that is of interest in the block in work.
     first: u32,
     noise: Noise,
+    /// Whether the dark pixels come from elsewhere, and the word of a strip that has those of the first row of the block.
+    given: bool,
+    dark: usize,
 }
 
 impl<'s> Strips<'s> {
     pub fn new(data: &'s mut [u32]) -> Self {
-        Self { data, count: 0, blocks: 0, calm_blocks: 0, first: END, noise: Noise::NONE }
+        let noise = Noise::NONE;
+        Self { data, count: 0, blocks: 0, calm_blocks: 0, first: END, noise, given: false, dark: DARK }
     }
 
     pub fn begin(&mut self, width: u16) {
         self.count = usize::from(width).div_ceil(STRIP);
-        (self.blocks, self.first) = (0, END);
+        (self.blocks, self.first, self.given, self.dark) = (0, END, false, DARK);
         self.all_mut().fill(UNKNOWN);
     }
 
@@ -141,6 +146,11 @@ impl<'s> Strips<'s> {
 
     fn get(&self, at: usize) -> Option<&Strip> {
         self.data.as_chunks().0.get(..self.count)?.get(at)
+    }
+
+    /// Whether the dark pixels come from elsewhere.
+    pub fn are_given(&self) -> bool {
+        self.given
     }
 
     /// Blocks measured so far.
@@ -247,6 +257,9 @@ impl<'s> Strips<'s> {
 
     /// Moves the thresholds to the block above the newest measured, and finds the dark pixels of its rows.
     pub fn resolve(&mut self, rows: &Rows<'_>) {
+        if self.given {
+            return self.resolve_given();
+        }
         if self.first == END && self.calm_blocks > 2 {
             return;
         }
@@ -329,7 +342,7 @@ impl<'s> Strips<'s> {
             let strip = self.get(at as usize)?;
             let x = at as u16 * STRIP as u16;
             at = strip[NEXT];
-            Some((x, *strip[DARK..WINDOW].get(row)?))
+            Some((x, *strip.get(self.dark + row)?))
         })
     }
 }
