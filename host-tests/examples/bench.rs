@@ -93,7 +93,9 @@ impl Frame {
         let image = Image::new(&self.pixels, self.width.try_into()?, self.height.try_into()?)?;
         let mut tracker = Tracker::<MOST>::new().whole_every(10);
         tracker.begin();
-        detector.detect(&image)?.take(most).for_each(|target| drop(tracker.follow(&target)));
+        for target in detector.detect(&image)?.take(most) {
+            tracker.follow(&target);
+        }
         tracker.begin();
         let (width, height) = image.size();
         let regions = tracker.regions(width, height).map(|regions| regions.to_vec());
@@ -146,15 +148,16 @@ impl Frame {
     fn detect(&mut self, number: u32, mut detector: Detector<'_>) -> Result<()> {
         let mut report = Report::<MAX_TARGETS>::new(DETAIL);
         report.begin(number);
-        let mut scan = detector.begin(self.width.try_into()?, self.height.try_into()?)?;
-        if let Some(regions) = &self.regions {
-            drop(scan);
-            // As a head would have: the noise is known from a whole frame.
-            let image = Image::new(&self.pixels, self.width.try_into()?, self.height.try_into()?)?;
-            detector.detect(&image)?.for_each(drop);
-            scan = detector.begin(self.width.try_into()?, self.height.try_into()?)?;
-            scan = scan.within(regions)?;
-        }
+        let (width, height) = (self.width.try_into()?, self.height.try_into()?);
+        let mut scan = match &self.regions {
+            Some(regions) => {
+                // As a head would have: the noise is known from a whole frame.
+                let image = Image::new(&self.pixels, width, height)?;
+                detector.detect(&image)?.for_each(drop);
+                detector.begin(width, height)?.within(regions)?
+            }
+            None => detector.begin(width, height)?,
+        };
         for (y, row) in self.pixels.chunks(self.width as usize).enumerate() {
             let targets = match &self.runs {
                 Some(runs) => scan.push_row_with_runs(row, &runs[y], CONTRAST)?,

@@ -38,13 +38,13 @@ impl Observer for &Refusals {
 }
 
 /// A frame, and what is known of it.
-pub struct Frame<'f> {
+pub struct Frame<'f, 'r> {
     pub pixels: &'f [u8],
     pub width: u16,
     pub height: u16,
     /// Where it is searched, if not as a whole.
     pub regions: Option<&'f [concentric::Region]>,
-    pub runs: Option<Runs<'f, 'f>>,
+    pub runs: Option<Runs<'f, 'r>>,
 }
 
 /// The runs of the rows, and room for those of one.
@@ -75,7 +75,7 @@ pub fn take_word(rest: &mut &[u8]) -> Option<u32> {
 #[inline(never)]
 pub fn measure_frame<'b>(
     detector: &mut Detector<'_>,
-    frame: Frame<'_>,
+    frame: Frame<'_, '_>,
     report: &mut Report<MAX_TARGETS>,
     bytes: &'b mut Bytes,
 ) -> Option<&'b [u8]> {
