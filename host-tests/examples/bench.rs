@@ -125,7 +125,9 @@ impl Frame {
         word(self.height);
         word(self.regions.as_ref().map_or(WHOLE, |regions| regions.len() as u32));
         for region in self.regions.iter().flatten() {
-            [region.top, region.bottom, region.left, region.right].map(|place| word(place.into()));
+            for place in [region.top, region.bottom, region.left, region.right] {
+                word(place.into());
+            }
         }
         bytes.extend(&self.pixels);
         let mut word = |word: u32| bytes.extend(word.to_le_bytes());
