@@ -10,14 +10,13 @@
 //! between them. A strip is calm as long as its samples stay in the window in which they were when it was last measured; in
 //! calm surroundings nothing else is done to it, and its pixels are all taken to be on one side.
 
-use core::ops::Range;
-
 use super::kernel::{self, Line, MOST, ONES, TOP, WORDS};
 use super::noise::Noise;
 use super::rows::{BLOCK_ROWS, Rows};
 use crate::region::Regions;
 
 mod given;
+mod inside;
 #[cfg(test)]
 mod tests;
 
@@ -107,37 +106,6 @@ impl<'s> Strips<'s> {
         self.count = usize::from(width).div_ceil(STRIP);
         (self.blocks, self.first, self.given, self.dark) = (0, END, false, DARK);
         self.all_mut().fill(UNKNOWN);
-    }
-
-    /// The strips that have one of the columns from `left` to `right` are looked at before block `until`.
-    fn open(&mut self, (left, right, until): (u16, u16, u16)) {
-        let [left, right] = [left, right].map(|x| usize::from(x) / STRIP);
-        for strip in self.all_mut().get_mut(left..=right).unwrap_or_default() {
-            strip[UNTIL] = strip[UNTIL].max(until.into());
-        }
-    }
-
-    /// Closes the strips that have left their region: first as at the lower border of a frame, then for good.
-    fn leave(&mut self) {
-        let block = u32::from(self.blocks);
-        for strip in self.all_mut() {
-            if strip[UNTIL] == block {
-                age(strip);
-                [strip[LOW + 2], strip[HIGH + 2]] = NOTHING;
-                strip[WINDOW] = 0;
-            } else if strip[UNTIL] + 1 == block {
-                *strip = UNKNOWN;
-            }
-        }
-    }
-
-    /// The next strips from number `from` on that lie in a region.
-    fn inside(&self, from: usize) -> Range<usize> {
-        let is_inside = |strip: &&Strip| u32::from(self.blocks) < strip[UNTIL];
-        let strips = self.data.as_chunks::<SIZE>().0.get(from..self.count).unwrap_or_default();
-        let outside = strips.iter().take_while(|strip| !is_inside(strip)).count();
-        let first = from + outside;
-        first..first + strips.iter().skip(outside).take_while(is_inside).count()
     }
 
     fn all_mut(&mut self) -> &mut [Strip] {
