@@ -1,12 +1,15 @@
 //! The order of the stages, and nothing else.
 
-use core::fmt;
+mod error;
+
+pub use error::{FrameError, RowError};
 
 use crate::candidate::{self, Waiting};
 use crate::log::log;
 use crate::measure::measure;
+use crate::region::{Region, Regions};
 use crate::reject::{Observer, Reject, Rejected};
-use crate::scan::{NONE, Scanner};
+use crate::scan::{NONE, Run, Scanner};
 use crate::settings::{Compensation, Polarity, Settings};
 use crate::storage::Storage;
 use crate::summary::{Summary, Used};
@@ -88,7 +91,7 @@ impl<'s> Detector<'s> {
         log!(debug, "frame of {} x {} px", width, height);
         self.scanner.begin(width, height, self.settings.px_per_run);
         let summary = Summary { width, height, ..Summary::default() };
-        Ok(Scan { detector: self, waiting: Waiting::EMPTY, summary, observer })
+        Ok(Scan { detector: self, regions: Regions::all(), waiting: Waiting::EMPTY, summary, observer })
     }
 
     /// Finds the targets of an image in memory. The rest of the image is not looked at if the iterator is dropped early.
@@ -105,18 +108,105 @@ impl<'s> Detector<'s> {
 #[derive(Debug)]
 pub struct Scan<'d, 's, O: Observer = ()> {
     detector: &'d mut Detector<'s>,
+    regions: Regions<'d>,
     waiting: Waiting,
     summary: Summary,
     observer: O,
 }
 
 impl<'d, 's, O: Observer> Scan<'d, 's, O> {
+    /// Limits the search to `regions`, sorted by their first rows; they may overlap. Call it before the first row.
+    ///
+    /// What lies in a region, with 24 columns and 12 rows of what surrounds it, is measured as in a search of the whole frame.
+    /// Without noise that is bit for bit. With noise the local threshold may come from other samples of the same surroundings,
+    /// so that now and then a pixel changes sides; the centre differs by less than a fifth of its standard deviation. What a
+    /// region cuts is no target. The least contrast of an edge is that of the last frame that was searched as a whole.
+    ///
+    /// Rows two blocks of four away from all regions cost a comparison, columns outside of them a copy.
+    ///
+    /// # Errors
+    /// [`FrameError::Region`], [`FrameError::LateRegions`].
+    pub fn within(mut self, regions: &'d [Region]) -> Result<Self, FrameError> {
+        let given = self.detector.scanner.pushed();
+        if given > 0 {
+            return Err(FrameError::LateRegions { given });
+        }
+        let Summary { width, height, .. } = self.summary;
+        self.regions = Regions::new(regions, (width, height)).map_err(|at| FrameError::Region { at })?;
+        Ok(self)
+    }
+
+    /// Whether the pixels of the next row are looked at. If not, [`skip_row`](Self::skip_row) does.
+    pub fn needs_row(&self) -> bool {
+        self.regions.need(self.detector.scanner.pushed())
+    }
+
+    /// Takes the next row without its pixels. Otherwise as [`push_row`](Self::push_row).
+    ///
+    /// # Errors
+    /// [`RowError`], also for a row that [is needed](Self::needs_row).
+    pub fn skip_row(&mut self) -> Result<Targets<'_, 'd, 's, O>, RowError> {
+        let (row, height) = (self.detector.scanner.pushed(), self.summary.height);
+        if row >= height {
+            return Err(RowError::TooMany { height });
+        }
+        if self.needs_row() {
+            return Err(RowError::Needed { row });
+        }
+        Ok(self.take_row(&[]))
+    }
+
+    fn take_row(&mut self, row: &[u8]) -> Targets<'_, 'd, 's, O> {
+        self.detector.scanner.push_row(row, &mut self.regions);
+        self.take_closed();
+        Targets { scan: self }
+    }
+
     /// Takes the next row, top down: one byte for each pixel. The iterator measures and gives the targets that are complete;
     /// those that are not taken from it come with the next row.
     ///
     /// # Errors
     /// [`RowError`]; the row is then ignored and the frame can go on.
     pub fn push_row(&mut self, row: &[u8]) -> Result<Targets<'_, 'd, 's, O>, RowError> {
+        self.check_row(row)?;
+        if self.detector.scanner.runs_are_given() {
+            return Err(RowError::Mixed);
+        }
+        Ok(self.take_row(row))
+    }
+
+    /// The same where the dark runs of the row are known, from logic beside the processor that has the pixels first. The
+    /// library then looks at pixels only beside the ends of the runs.
+    ///
+    /// `runs` are all of the row, from left to right, with a light pixel between them; what is outside the frame is light.
+    /// No difference of grey levels below `min_contrast` was taken for an edge, from 2 on; the one given with the last row
+    /// of a block of four holds for the block above. Which pixels are dark is up to the logic, but must change only where the
+    /// grey level passes a threshold between the two sides: where it does not, edge profiles are refused. The runs and the
+    /// contrast of the library's own threshold give the results of [`push_row`](Self::push_row), bit for bit.
+    ///
+    /// All rows of a frame come with their runs, or none; there are no regions then.
+    ///
+    /// # Errors
+    /// [`RowError`]; the row is then ignored and the frame can go on.
+    pub fn push_row_with_runs(
+        &mut self,
+        row: &[u8],
+        runs: &[Run],
+        min_contrast: u8,
+    ) -> Result<Targets<'_, 'd, 's, O>, RowError> {
+        self.check_row(row)?;
+        let scanner = &mut self.detector.scanner;
+        if !self.regions.are_all() || scanner.pushed() > 0 && !scanner.runs_are_given() {
+            return Err(RowError::Mixed);
+        }
+        scanner
+            .push_row_with_runs(row, runs, min_contrast)
+            .map_err(|error| RowError::Run { at: error.at })?;
+        self.take_closed();
+        Ok(Targets { scan: self })
+    }
+
+    fn check_row(&self, row: &[u8]) -> Result<(), RowError> {
         let Summary { width, height, .. } = self.summary;
         if row.len() != usize::from(width) {
             return Err(RowError::Length { given: row.len(), width });
@@ -124,9 +214,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         if self.detector.scanner.pushed() >= height {
             return Err(RowError::TooMany { height });
         }
-        self.detector.scanner.push_row(row);
-        self.take_closed();
-        Ok(Targets { scan: self })
+        Ok(())
     }
 
     /// Ends the frame. The result gives the last targets and the summary.
@@ -138,7 +226,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         if given < height {
             return Err(FrameError::TooFewRows { given, height });
         }
-        self.detector.scanner.finish();
+        self.detector.scanner.finish(&mut self.regions);
         self.take_closed();
         Ok(Rest { scan: self })
     }
@@ -293,8 +381,8 @@ impl Iterator for Detection<'_, '_, '_> {
                 return None;
             }
             match self.rows.next() {
-                Some(row) => self.scan.detector.scanner.push_row(row),
-                None => self.scan.detector.scanner.finish(),
+                Some(row) => self.scan.detector.scanner.push_row(row, &mut self.scan.regions),
+                None => self.scan.detector.scanner.finish(&mut self.scan.regions),
             }
             self.scan.take_closed();
         }
@@ -308,106 +396,3 @@ impl Detection<'_, '_, '_> {
         self.scan.summary()
     }
 }
-
-/// A frame that cannot be processed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum FrameError {
-    /// Width outside the limits of the library or the storage.
-    Width {
-        /// Width given, px.
-        given: u16,
-        /// Largest width that fits, px.
-        max: u16,
-    },
-    /// Height outside the limits.
-    Height {
-        /// Height given, px.
-        given: u16,
-    },
-    /// The frame was ended before its last row.
-    TooFewRows {
-        /// Rows given.
-        given: u16,
-        /// Rows announced.
-        height: u16,
-    },
-    /// [`Compensation::Known`] without a camera in the settings.
-    NoCamera,
-    /// The camera's distortion shows places twice within the frame.
-    Folded {
-        /// Width, px.
-        width: u16,
-        /// Height, px.
-        height: u16,
-    },
-    /// The number of pixels is not that of the size.
-    Pixels {
-        /// Pixels given.
-        given: usize,
-        /// Width, px.
-        width: u16,
-        /// Height, px.
-        height: u16,
-    },
-}
-
-impl fmt::Display for FrameError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Width { given, max } => {
-                write!(f, "frame width of {given} px is outside {MIN_SIZE}..={max}")
-            }
-            Self::Height { given } => {
-                write!(f, "frame height of {given} px is outside {MIN_SIZE}..={MAX_HEIGHT}")
-            }
-            Self::TooFewRows { given, height } => {
-                write!(f, "frame ended after {given} of {height} rows")
-            }
-            Self::NoCamera => write!(f, "compensation `Known` needs a camera in the settings"),
-            Self::Folded { width, height } => write!(
-                f,
-                "camera: the distortion folds the image within a frame of {width} x {height}: smaller coefficients, or \
-                 longer focal lengths, or a smaller frame"
-            ),
-            Self::Pixels { given, width, height } => {
-                write!(f, "{given} pixels given for a frame of {width} x {height}")
-            }
-        }
-    }
-}
-
-impl core::error::Error for FrameError {}
-
-/// A row that cannot be taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum RowError {
-    /// Not as long as the frame is wide.
-    Length {
-        /// Pixels given.
-        given: usize,
-        /// Width of the frame, px.
-        width: u16,
-    },
-    /// The frame has all its rows.
-    TooMany {
-        /// Height of the frame, px.
-        height: u16,
-    },
-}
-
-impl fmt::Display for RowError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Length { given, width } => {
-                write!(f, "row of {given} pixels in a frame that is {width} px wide")
-            }
-            Self::TooMany { height } => write!(f, "row after the last of {height}"),
-        }
-    }
-}
-
-impl core::error::Error for RowError {}

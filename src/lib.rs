@@ -67,6 +67,7 @@ mod math;
 mod measure;
 pub mod model;
 pub mod refine;
+mod region;
 mod reject;
 pub mod report;
 mod scan;
@@ -81,7 +82,9 @@ pub use code::{Code, CodeError, Reading};
 pub use detector::{
     Detection, Detector, FrameError, Image, MAX_HEIGHT, MAX_WIDTH, MIN_SIZE, Rest, RowError, Scan, Targets,
 };
+pub use region::Region;
 pub use reject::{Dropped, Observer, Reject, Rejected, Rejects};
+pub use scan::Run;
 pub use settings::{Compensation, MAX_SPEC_CIRCLES, Polarity, Settings, SettingsError, TargetSpec};
 pub use storage::Storage;
 pub use summary::{Summary, Used};

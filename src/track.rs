@@ -2,12 +2,49 @@
 //!
 //! Targets do not overlap, so that a target whose centre lies less than its semi-major axis from where a track expects it can
 //! be no other one. Expected is the place of the last frame, moved on by as much as between the two frames before.
+//!
+//! What is followed need not be looked for in the whole frame: [`Tracker::regions`] are the places where it is expected, for
+//! [`Scan::within`](crate::Scan::within). Every so many frames there are none, and the whole frame is searched: for new
+//! targets, and for those that have left their regions.
+//!
+//! ```
+//! # use concentric::{Detector, Image, Settings, Storage, TargetSpec};
+//! use concentric::track::Tracker;
+//!
+//! # fn main() -> Result<(), Box<dyn core::error::Error>> {
+//! # let pixels = [200; 96 * 96];
+//! # let mut storage = Storage::<96, 16, 1024>::new();
+//! # let mut detector = Detector::new(Settings::new(TargetSpec::any()), &mut storage);
+//! let mut tracker = Tracker::<16>::new().whole_every(10);
+//! for _ in 0..20 {
+//!     tracker.begin();
+//!     let regions = tracker.regions(96, 96);
+//!     let mut scan = detector.begin(96, 96)?;
+//!     if let Some(regions) = &regions {
+//!         scan = scan.within(regions)?;
+//!     }
+//!     for row in pixels.chunks(96) {
+//!         for target in scan.push_row(row)? {
+//!             tracker.follow(&target);
+//!         }
+//!     }
+//!     for target in scan.finish()? {
+//!         tracker.follow(&target);
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
 
+use crate::code::QUIET;
+use crate::region::Region;
 use crate::target::Target;
 use heapless::Vec;
 
 /// Frames in which a target may be missing before its track ends.
 pub const MAX_MISSED: u8 = 4;
+/// Columns and rows beside a target that its measurement looks at, px: stretches on a row lead farther away.
+const SURROUNDINGS: [f32; 2] = [24.0, 12.0];
 
 /// A target that is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +60,8 @@ pub struct Track {
     place: (f32, f32),
     /// From frame to frame, px.
     step: (f32, f32),
+    /// From its centre to the farthest of what belongs to it, px.
+    reach: f32,
     seen: bool,
 }
 
@@ -33,10 +72,27 @@ impl Track {
         (self.place.0 + frames * self.step.0, self.place.1 + frames * self.step.1)
     }
 
-    fn see(&mut self, (x, y): (f32, f32)) {
+    /// Where it is looked for in a frame of this size; `None` if that is outside. Room for a change of its motion by half of
+    /// it, or by a quarter of its size from rest, and for as much again in every frame in which it was missing.
+    pub fn region(&self, width: u16, height: u16) -> Option<Region> {
+        let (x, y) = self.expected();
+        let frames = f32::from(self.missed) + 1.0;
+        let span = |centre: f32, step: f32, size: u16, around: f32| {
+            let change = (0.5 * step.abs()).max(0.25 * self.reach);
+            let reach = self.reach + around + frames * change;
+            let (first, last) = (centre - reach, centre + reach);
+            (last >= 0.0 && first < f32::from(size)).then(|| (first as u16, (last as u16).min(size - 1)))
+        };
+        let [beside, above] = SURROUNDINGS;
+        let (left, right) = span(x, self.step.0, width, beside)?;
+        let (top, bottom) = span(y, self.step.1, height, above)?;
+        Some(Region { top, bottom, left, right })
+    }
+
+    fn see(&mut self, (x, y): (f32, f32), reach: f32) {
         let frames = f32::from(self.missed) + 1.0;
         self.step = ((x - self.place.0) / frames, (y - self.place.1) / frames);
-        (self.place, self.seen) = ((x, y), true);
+        (self.place, self.seen, self.reach) = ((x, y), true, reach);
     }
 }
 
@@ -45,12 +101,46 @@ impl Track {
 pub struct Tracker<const TARGETS: usize> {
     tracks: Vec<Track, TARGETS>,
     next_id: u16,
+    /// Frames from one that is searched as a whole to the next, and since the last.
+    period: u16,
+    since_whole: u16,
+    found_again: u32,
 }
 
 impl<const TARGETS: usize> Tracker<TARGETS> {
-    /// Follows nothing yet.
+    /// Follows nothing yet, and searches whole frames.
     pub const fn new() -> Self {
-        Self { tracks: Vec::new(), next_id: 0 }
+        Self { tracks: Vec::new(), next_id: 0, period: 0, since_whole: 0, found_again: 0 }
+    }
+
+    /// Has one frame in `period` searched as a whole, and the others only where targets are expected; 0 and 1: all as a
+    /// whole. More than [`MAX_MISSED`] + 1 costs a target that has left its region its id.
+    pub const fn whole_every(mut self, period: u16) -> Self {
+        self.period = period;
+        self
+    }
+
+    /// Where the targets are expected in the frame that has begun, of this size, sorted by row; `None`: search it as a whole.
+    /// It is, too, when nothing is followed.
+    pub fn regions(&self, width: u16, height: u16) -> Option<Vec<Region, TARGETS>> {
+        if self.is_whole() {
+            return None;
+        }
+        let mut regions: Vec<_, TARGETS> =
+            self.tracks.iter().filter_map(|track| track.region(width, height)).collect();
+        regions.sort_unstable_by_key(|region| region.top);
+        Some(regions)
+    }
+
+    /// Whether the frame that has begun is to be searched as a whole.
+    pub fn is_whole(&self) -> bool {
+        self.since_whole == 0
+    }
+
+    /// How often a target that had been missing was found again under its id, by the search of a whole frame or where it was
+    /// expected. One that has moved farther than its semi-major axis from there gets a new id. Saturates.
+    pub fn found_again(&self) -> u32 {
+        self.found_again
     }
 
     /// Starts a frame: tracks of targets that were missing too often end.
@@ -61,14 +151,17 @@ impl<const TARGETS: usize> Tracker<TARGETS> {
             track.age = track.age.saturating_add(1);
             track.seen = false;
         }
+        let next = self.since_whole + 1;
+        self.since_whole = if next >= self.period || self.tracks.is_empty() { 0 } else { next };
     }
 
     /// The track of a target of this frame: the nearest one that can be its own, or else a new one. `None` for a new target when
     /// there are `TARGETS` already.
     pub fn follow(&mut self, target: &Target) -> Option<Track> {
         let (x, y) = target.centre.to_px();
-        let reach = target.circles.first()?.ellipse.a;
-        let mut least = reach * reach;
+        let size = target.circles.first()?.ellipse.a;
+        let reach = if target.code.is_some() { QUIET * size } else { size };
+        let mut least = size * size;
         let mut nearest = None;
         for track in self.tracks.iter_mut().filter(|track| !track.seen) {
             let (ex, ey) = track.expected();
@@ -78,11 +171,14 @@ impl<const TARGETS: usize> Tracker<TARGETS> {
             }
         }
         if let Some(track) = nearest {
-            track.see((x, y));
+            if track.missed > 0 {
+                self.found_again = self.found_again.saturating_add(1);
+            }
+            track.see((x, y), reach);
             return Some(*track);
         }
         let track =
-            Track { id: self.next_id, age: 0, missed: 0, place: (x, y), step: (0.0, 0.0), seen: true };
+            Track { id: self.next_id, age: 0, missed: 0, place: (x, y), step: (0.0, 0.0), reach, seen: true };
         self.tracks.push(track).ok()?;
         self.next_id = self.next_id.wrapping_add(1);
         Some(track)

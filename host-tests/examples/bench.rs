@@ -6,7 +6,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use concentric::report::{Report, max_len};
-use concentric::{Detector, Image, Summary};
+use concentric::track::Tracker;
+use concentric::{Detector, Image, Region, Run, Summary};
 use concentric_host::picture::Picture;
 use concentric_host::workload::{RADII, SIZES, crowds, lone};
 use serde::Serialize;
@@ -14,10 +15,13 @@ use serde::Serialize;
 #[path = "../../examples/bench/src/job.rs"]
 mod job;
 
-use job::{DETAIL, Large, MAGIC, MAX_TARGETS, Medium, SETTINGS, Small};
+use job::{CONTRAST, DETAIL, Large, MAGIC, MAX_TARGETS, MOST, Medium, SETTINGS, Small, WHOLE, WITH_RUNS};
+
+/// Between the targets and the paper of the rendered frames.
+const THRESHOLD: u8 = 125;
 
 /// A frame and what the desktop sends for it.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 struct Frame {
     scene: String,
     width: u32,
@@ -29,6 +33,12 @@ struct Frame {
     report: String,
     #[serde(skip)]
     pixels: Vec<u8>,
+    /// Where it is searched, if not as a whole.
+    #[serde(skip)]
+    regions: Option<Vec<Region>>,
+    /// Runs of its rows, if known.
+    #[serde(skip)]
+    runs: Option<Vec<Vec<Run>>>,
 }
 
 fn main() -> Result<()> {
@@ -46,15 +56,22 @@ fn main() -> Result<()> {
     for radius in RADII {
         pictures.push(lone(radius)?);
     }
-    let mut frames: Vec<Frame> = pictures.into_iter().map(Frame::new).collect();
+    let mut frames = Vec::new();
+    for frame in pictures.into_iter().map(Frame::new) {
+        if frame.scene == "60 targets" {
+            frames.push(frame.tracked("60 of 60 tracked", MAX_TARGETS)?);
+            frames.push(frame.tracked("6 of 60 tracked", 6)?);
+            frames.push(frame.with_runs());
+        }
+        frames.push(frame);
+    }
     let mut bytes = Vec::new();
     for word in [MAGIC, frames.len().try_into()?] {
         bytes.extend(word.to_le_bytes());
     }
     for (number, frame) in (0..).zip(&mut frames) {
         frame.measure(number).with_context(|| frame.scene.clone())?;
-        bytes.extend([frame.width, frame.height].map(u32::to_le_bytes).as_flattened());
-        bytes.extend(&frame.pixels);
+        frame.write(&mut bytes);
     }
     fs::write(folder.join("frames.bin"), bytes)?;
     fs::write(folder.join("frames.json"), serde_json::to_string(&frames)?)?;
@@ -65,7 +82,60 @@ impl Frame {
     fn new(picture: Picture) -> Self {
         let Picture { name, width, height, pixels } = picture;
         let (width, height) = (width as u32, height as u32);
-        Self { scene: name, width, height, targets: 0, dropped: 0, report: String::new(), pixels }
+        let report = String::new();
+        Self { scene: name, width, height, targets: 0, dropped: 0, report, pixels, regions: None, runs: None }
+    }
+
+    /// The same when `most` of its targets are followed from the frame before.
+    fn tracked(&self, scene: &str, most: usize) -> Result<Self> {
+        let mut storage = Box::<Large>::default();
+        let mut detector = Detector::new(SETTINGS, &mut storage);
+        let image = Image::new(&self.pixels, self.width.try_into()?, self.height.try_into()?)?;
+        let mut tracker = Tracker::<MOST>::new().whole_every(10);
+        tracker.begin();
+        for target in detector.detect(&image)?.take(most) {
+            tracker.follow(&target);
+        }
+        tracker.begin();
+        let (width, height) = image.size();
+        let regions = tracker.regions(width, height).map(|regions| regions.to_vec());
+        Ok(Self { scene: scene.to_owned(), regions, ..self.clone() })
+    }
+
+    /// The same when logic beside the processor finds the runs. A threshold for all is enough for it here.
+    fn with_runs(&self) -> Self {
+        let row = |row: &[u8]| {
+            let mut runs: Vec<Run> = Vec::new();
+            for (x, _) in (0..).zip(row).filter(|(_, level)| **level < THRESHOLD) {
+                match runs.last_mut() {
+                    Some(run) if run.end == x => run.end += 1,
+                    _ => runs.push(Run { start: x, end: x + 1 }),
+                }
+            }
+            runs
+        };
+        let runs = self.pixels.chunks(self.width as usize).map(row).collect();
+        Self { scene: "60 targets with runs".to_owned(), runs: Some(runs), ..self.clone() }
+    }
+
+    /// As `job.rs` says.
+    fn write(&self, bytes: &mut Vec<u8>) {
+        let mut word = |word: u32| bytes.extend(word.to_le_bytes());
+        word(self.width);
+        word(self.height);
+        word(self.regions.as_ref().map_or(WHOLE, |regions| regions.len() as u32));
+        for region in self.regions.iter().flatten() {
+            for place in [region.top, region.bottom, region.left, region.right] {
+                word(place.into());
+            }
+        }
+        bytes.extend(&self.pixels);
+        let mut word = |word: u32| bytes.extend(word.to_le_bytes());
+        word(if self.runs.is_some() { WITH_RUNS } else { WHOLE });
+        for row in self.runs.iter().flatten() {
+            word(row.len() as u32);
+            row.iter().for_each(|run| word(u32::from(run.start) | u32::from(run.end) << 16));
+        }
     }
 
     /// Measures the frame in the storage that the firmware takes for it.
@@ -78,14 +148,29 @@ impl Frame {
     }
 
     fn detect(&mut self, number: u32, mut detector: Detector<'_>) -> Result<()> {
-        let image = Image::new(&self.pixels, self.width.try_into()?, self.height.try_into()?)?;
         let mut report = Report::<MAX_TARGETS>::new(DETAIL);
         report.begin(number);
-        let mut found = detector.detect(&image)?;
-        for target in found.by_ref() {
-            report.push(&target);
+        let (width, height) = (self.width.try_into()?, self.height.try_into()?);
+        let mut scan = match &self.regions {
+            Some(regions) => {
+                // As a head would have: the noise is known from a whole frame.
+                let image = Image::new(&self.pixels, width, height)?;
+                detector.detect(&image)?.for_each(drop);
+                detector.begin(width, height)?.within(regions)?
+            }
+            None => detector.begin(width, height)?,
+        };
+        for (y, row) in self.pixels.chunks(self.width as usize).enumerate() {
+            let targets = match &self.runs {
+                Some(runs) => scan.push_row_with_runs(row, &runs[y], CONTRAST)?,
+                None => scan.push_row(row)?,
+            };
+            targets.for_each(|target| report.push(&target));
         }
-        let summary: Summary = found.summary();
+        let mut rest = scan.finish()?;
+        rest.by_ref().for_each(|target| report.push(&target));
+        let summary: Summary = rest.summary();
+        println!("{} {} x {}: {:?}", self.scene, self.width, self.height, summary.used);
         let mut bytes = [0; max_len(MAX_TARGETS, DETAIL)];
         self.report = report.finish(&summary, &mut bytes)?.iter().map(|byte| format!("{byte:02x}")).collect();
         self.targets = summary.targets;

@@ -24,11 +24,12 @@ mod tests;
 pub(crate) use crossings::Stretch;
 pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, NEAR, Pool};
 pub(crate) use outlines::{Moments, NONE, Outline, Outlines};
-use rows::BLOCK_ROWS;
-pub(crate) use rows::{KEPT_BLOCKS, Rows};
-pub(crate) use runs::Transition;
+pub(crate) use rows::{BLOCK_ROWS, KEPT_BLOCKS, Rows};
+pub use runs::Run;
+pub(crate) use runs::{RunError, Transition};
 pub(crate) use strips::{STRIP, STRIP_WIDTHS};
 
+use crate::region::Regions;
 use crate::reject::Dropped;
 use crate::storage::Buffers;
 use link::Linker;
@@ -100,19 +101,44 @@ impl<'s> Scanner<'s> {
 
     /// Takes the next row. Whole blocks of rows are linked as soon as the block below them is known; outlines that
     /// closed are then in [`Outlines::take_closed`].
-    pub fn push_row(&mut self, row: &[u8]) {
-        self.rows.push(row);
+    pub fn push_row(&mut self, row: &[u8], regions: &mut Regions<'_>) {
+        if regions.need(self.rows.pushed()) {
+            self.rows.push(row);
+        } else {
+            self.rows.skip();
+        }
         if self.rows.block_complete() {
-            self.strips.measure(&self.rows);
+            self.strips.measure(&self.rows, regions);
             self.link_block();
         }
     }
 
+    /// Whether the rows of this frame come with their runs.
+    pub fn runs_are_given(&self) -> bool {
+        self.strips.are_given()
+    }
+
+    /// The same with the runs of the row, where no edge has less contrast than `min_contrast`.
+    pub fn push_row_with_runs(&mut self, row: &[u8], runs: &[Run], min_contrast: u8) -> Result<(), RunError> {
+        Strips::check(runs, self.rows.width())?;
+        self.strips.take_runs(self.rows.pushed(), runs, min_contrast);
+        self.rows.push(row);
+        if self.rows.block_complete() {
+            self.strips.count_block();
+            self.link_block();
+        }
+        Ok(())
+    }
+
     /// Links the rows that waited for a block below them, and closes what is open at the frame's lower border.
-    pub fn finish(&mut self) {
+    pub fn finish(&mut self, regions: &mut Regions<'_>) {
         while self.linked < self.rows.height() {
             // The last block has nothing below it; what is there of it is measured again or for the first time.
-            self.strips.measure(&self.rows);
+            if self.strips.are_given() {
+                self.strips.count_block();
+            } else {
+                self.strips.measure(&self.rows, regions);
+            }
             self.link_block();
         }
         let below = self.rows.height();
@@ -135,6 +161,7 @@ impl<'s> Scanner<'s> {
     fn link_rows(&mut self, first: u16, last: u16) {
         self.linked = last;
         if self.previous.as_slice().is_empty() && self.strips.all_light() {
+            self.budget.save(self.rows.width(), last - first);
             return;
         }
         let Self { rows, strips, outlines, pool, dropped, budget, .. } = self;

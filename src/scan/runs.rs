@@ -2,6 +2,23 @@
 
 use super::strips::{STRIP, Strips};
 
+/// A run: a longest stretch of dark pixels in a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Run {
+    /// Column of its first pixel.
+    pub start: u16,
+    /// Column after its last pixel.
+    pub end: u16,
+}
+
+/// A run that cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct RunError {
+    /// Its number in the row.
+    pub at: usize,
+}
+
 /// The first pixel of a run: a row turns dark at the even entries of its list and light at the odd ones.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Transition {
@@ -122,6 +139,11 @@ impl Budget {
     fn take(&mut self, width: u16, runs: usize) {
         let left = self.left.saturating_sub(self.px_per_run * runs as u32);
         self.left = (left + u32::from(width)).min(self.most);
+    }
+
+    /// So many rows of this width without a run.
+    pub fn save(&mut self, width: u16, rows: u16) {
+        self.left = (self.left + u32::from(width) * u32::from(rows)).min(self.most);
     }
 
     /// Whether there is room for more than runs: a frame that uses its budget up is noise or all clutter.

@@ -13,7 +13,10 @@
 use super::kernel::{self, Line, MOST, ONES, TOP, WORDS};
 use super::noise::Noise;
 use super::rows::{BLOCK_ROWS, Rows};
+use crate::region::Regions;
 
+mod given;
+mod inside;
 #[cfg(test)]
 mod tests;
 
@@ -48,6 +51,9 @@ const FLAGS: usize = WINDOW + 1;
 /// The next strip that is of interest in the block in work.
 const NEXT: usize = FLAGS + 1;
 
+/// The block after the last in which a region of the frame has it.
+const UNTIL: usize = NEXT + 1;
+
 /// Flags: restless in the newest block and in the two before.
 const RESTLESS: u32 = 0b111;
 /// Flag: calm, but at another level than the strip on the right or on the left.
@@ -62,6 +68,13 @@ const ACTIVE: u32 = RESTLESS | STEP_RIGHT | STEP_LEFT;
 pub(super) type Extremes = [u32; 2];
 /// Those of nothing.
 const NOTHING: Extremes = [MOST, 0];
+/// A strip of which nothing is known; a frame and a region start light.
+const UNKNOWN: Strip = {
+    let ([low, high], mut strip) = (NOTHING, [0; SIZE]);
+    (strip[LOW], strip[LOW + 1], strip[LOW + 2]) = (low, low, low);
+    (strip[HIGH], strip[HIGH + 1], strip[HIGH + 2]) = (high, high, high);
+    strip
+};
 /// No strip.
 const END: u32 = u32::MAX;
 /// No [`SIDE`]: an active strip ends differently in each row.
@@ -78,22 +91,21 @@ pub(crate) struct Strips<'s> {
     /// The first strip that is of interest in the block in work.
     first: u32,
     noise: Noise,
+    /// Whether the dark pixels come from elsewhere, and the word of a strip that has those of the first row of the block.
+    given: bool,
+    dark: usize,
 }
 
 impl<'s> Strips<'s> {
     pub fn new(data: &'s mut [u32]) -> Self {
-        Self { data, count: 0, blocks: 0, calm_blocks: 0, first: END, noise: Noise::NONE }
+        let noise = Noise::NONE;
+        Self { data, count: 0, blocks: 0, calm_blocks: 0, first: END, noise, given: false, dark: DARK }
     }
 
     pub fn begin(&mut self, width: u16) {
         self.count = usize::from(width).div_ceil(STRIP);
-        (self.blocks, self.first, self.noise) = (0, END, Noise::NONE);
-        // A frame starts light; of no strip anything is known.
-        for strip in self.all_mut() {
-            *strip = [0; SIZE];
-            let [low, high] = NOTHING;
-            [strip[LOW + 2], strip[HIGH + 2]] = [low, high];
-        }
+        (self.blocks, self.first, self.given, self.dark) = (0, END, false, DARK);
+        self.all_mut().fill(UNKNOWN);
     }
 
     fn all_mut(&mut self) -> &mut [Strip] {
@@ -102,6 +114,11 @@ impl<'s> Strips<'s> {
 
     fn get(&self, at: usize) -> Option<&Strip> {
         self.data.as_chunks().0.get(..self.count)?.get(at)
+    }
+
+    /// Whether the dark pixels come from elsewhere.
+    pub fn are_given(&self) -> bool {
+        self.given
     }
 
     /// Blocks measured so far.
@@ -114,45 +131,74 @@ impl<'s> Strips<'s> {
         self.noise.contrast * 2
     }
 
-    /// Looks at the samples of the next block of rows (the last row is repeated where the frame ends).
-    pub fn measure(&mut self, rows: &Rows<'_>) {
+    /// Looks at the samples of the next block of rows (the last row is repeated where the frame ends), as far as they lie in
+    /// a region. A frame with regions takes the noise for that of the last one without.
+    pub fn measure(&mut self, rows: &Rows<'_>, regions: &mut Regions<'_>) {
+        let is_whole = regions.are_all();
+        if !is_whole {
+            while let Some(region) = regions.reach(self.blocks) {
+                self.open(region);
+            }
+            if !regions.is_under_way(self.blocks) {
+                self.blocks += 1;
+                self.calm_blocks += 1;
+                return;
+            }
+            self.leave();
+        }
         let first = self.blocks * BLOCK_ROWS as u16;
         let [a, b] = SAMPLED.map(|row| rows.lines(first + row));
-        if self.blocks == 0 {
+        if self.blocks == 0 && is_whole {
+            self.noise = Noise::NONE;
             a.iter().zip(b).for_each(|(a, b)| self.noise.add(kernel::extremes(a, b)));
             self.noise.settle();
         }
         let contrast = self.noise.contrast;
         let width = u32::from(contrast) * ONES;
         // A strip that is not chosen for its edges.
-        if self.blocks.is_multiple_of(CHOSEN_BLOCKS) {
+        if self.blocks.is_multiple_of(CHOSEN_BLOCKS) && is_whole {
             let chosen = usize::from(self.blocks) * CHOSEN_STEP % self.count.max(1);
             if let (Some(a), Some(b)) = (a.get(chosen), b.get(chosen)) {
                 self.noise.add(kernel::extremes(a, b));
             }
         }
         let mut restless = Noise::NONE;
-        let mut i = 0;
+        let mut inside = if is_whole { 0..self.count } else { 0..0 };
         loop {
+            if inside.is_empty() && !is_whole {
+                inside = self.inside(inside.end);
+            }
             let Self { data, noise, count, blocks, .. } = &mut *self;
             // Every other word, and the others in the next block.
             let calm = if blocks.is_multiple_of(2) { calm::<0> } else { calm::<1> };
             let strips = strips_mut(data, *count);
-            i += calm(strips.get_mut(i..).unwrap_or_default(), a.get(i..).unwrap_or_default(), width);
+            let from = inside.start;
+            let (looked, lines) = (strips.get_mut(inside.clone()), a.get(from..));
+            inside.start += calm(looked.unwrap_or_default(), lines.unwrap_or_default(), width);
+            if inside.is_empty() {
+                // No strips, or the last of a region.
+                if inside.start == from || is_whole {
+                    break;
+                }
+                continue;
+            }
+            let i = inside.start;
             let (Some(strip), Some(a), Some(b)) = (strips.get_mut(i), a.get(i), b.get(i)) else { break };
-            i += 1;
+            inside.start += 1;
             age(strip);
             let extremes = kernel::extremes(a, b);
             restless.add(extremes);
-            noise.add(extremes);
+            if is_whole {
+                noise.add(extremes);
+            }
             take(strip, extremes, contrast);
         }
         // Where nearly all are restless it is for the noise.
-        let crowded = 2 * usize::from(restless.count) >= 7 * self.count;
+        let crowded = is_whole && 2 * usize::from(restless.count) >= 7 * self.count;
         if crowded && self.blocks > 0 {
             self.noise.replace(&restless);
         }
-        if crowded || self.noise.count >= CELLS_WANTED {
+        if crowded || is_whole && self.noise.count >= CELLS_WANTED {
             self.noise.settle();
         }
         self.blocks += 1;
@@ -179,6 +225,9 @@ impl<'s> Strips<'s> {
 
     /// Moves the thresholds to the block above the newest measured, and finds the dark pixels of its rows.
     pub fn resolve(&mut self, rows: &Rows<'_>) {
+        if self.given {
+            return self.resolve_given();
+        }
         if self.first == END && self.calm_blocks > 2 {
             return;
         }
@@ -261,7 +310,7 @@ impl<'s> Strips<'s> {
             let strip = self.get(at as usize)?;
             let x = at as u16 * STRIP as u16;
             at = strip[NEXT];
-            Some((x, *strip[DARK..WINDOW].get(row)?))
+            Some((x, *strip.get(self.dark + row)?))
         })
     }
 }

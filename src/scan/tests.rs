@@ -3,6 +3,7 @@
 extern crate std;
 
 use super::{Crossing, KEPT_BLOCKS, Outline, Scanner, Transition};
+use crate::region::Regions;
 use crate::storage::Buffers;
 use std::collections::{BTreeMap, BTreeSet};
 use std::vec;
@@ -172,10 +173,10 @@ fn scanned(scanner: &mut Scanner<'_>, (width, height, pixels): &(usize, usize, V
     };
     scanner.begin(*width as u16, *height as u16, 0);
     for row in pixels.chunks_exact(*width) {
-        scanner.push_row(row);
+        scanner.push_row(row, &mut Regions::all());
         take(scanner);
     }
-    scanner.finish();
+    scanner.finish(&mut Regions::all());
     take(scanner);
     accounts.sort();
     accounts
@@ -218,9 +219,9 @@ fn moments_of_the_largest_disc_in_the_far_corner_are_exact() {
                 *sum += term;
             }
         }
-        scanner.push_row(&row);
+        scanner.push_row(&row, &mut Regions::all());
     }
-    scanner.finish();
+    scanner.finish(&mut Regions::all());
     let label = scanner.outlines.take_closed().unwrap();
     let m = scanner.outlines.get(label).unwrap().moments;
     assert_eq!([m.area, m.x, m.y, m.xx, m.xy, m.yy], expected);
@@ -244,7 +245,7 @@ fn closed_outlines_come_in_the_order_of_their_closing() {
     let mut bottoms = vec![];
     let rows: Vec<u8> = pixels;
     for row in rows.chunks_exact(width) {
-        scanner.push_row(row);
+        scanner.push_row(row, &mut Regions::all());
         while let Some(label) = scanner.outlines.take_closed() {
             bottoms.push(scanner.outlines.get(label).unwrap().bottom);
         }

@@ -10,7 +10,7 @@ mod measure;
 
 use core::fmt::{self, Write as _};
 
-use concentric::Detector;
+use concentric::{Detector, Image, Region as Part, Run};
 use concentric::report::{Detail, Report, max_len};
 #[cfg(target_arch = "arm")]
 use cortex_m_rt::entry;
@@ -19,14 +19,16 @@ use riscv_rt::entry;
 use semihosting::process;
 use semihosting::sys::arm_compat::sys_writec;
 
-use job::{DETAIL, Large, MAGIC, MAX_TARGETS, Medium, SETTINGS, Small};
-use measure::{Bytes, Region};
+use job::{DETAIL, Large, MAGIC, MAX_TARGETS, MOST, Medium, SETTINGS, Small, WHOLE, WITH_RUNS};
+use measure::{Bytes, Frame, Region, Runs, take_word};
 
 /// The memory of the measurement. All zero at first, so that it costs no flash.
 struct Memory {
     small: Small,
     medium: Medium,
     large: Large,
+    regions: [Part; MOST],
+    runs: [Run; MOST],
     report: Report<MAX_TARGETS>,
     bytes: Bytes,
 }
@@ -37,6 +39,8 @@ impl Memory {
             small: Small::new(),
             medium: Medium::new(),
             large: Large::new(),
+            regions: [Part { top: 0, bottom: 0, left: 0, right: 0 }; MOST],
+            runs: [Run { start: 0, end: 0 }; MOST],
             report: Report::new(Detail::Terse),
             bytes: [0; max_len(MAX_TARGETS, DETAIL)],
         }
@@ -64,26 +68,41 @@ fn run(memory: &mut Memory, mut rest: &[u8]) -> Option<()> {
     (take_word(&mut rest)? == MAGIC).then_some(())?;
     for number in 0..take_word(&mut rest)? {
         let (width, height) = (take_word(&mut rest)? as u16, take_word(&mut rest)? as u16);
-        let (pixels, after) = rest.split_at_checked(usize::from(width) * usize::from(height))?;
-        rest = after;
-        frame(memory, number, (pixels, width, height))?;
+        frame(memory, number, (width, height), &mut rest)?;
     }
     Some(())
 }
 
-fn take_word(rest: &mut &[u8]) -> Option<u32> {
-    let (word, after) = rest.split_first_chunk()?;
-    *rest = after;
-    Some(u32::from_le_bytes(*word))
+/// The regions of a frame; `None` for those of the whole frame.
+fn take_regions<'m>(rest: &mut &[u8], regions: &'m mut [Part; MOST]) -> Option<Option<&'m [Part]>> {
+    let count = take_word(rest)?;
+    if count == WHOLE {
+        return Some(None);
+    }
+    let regions = regions.get_mut(..count as usize)?;
+    for region in regions.iter_mut() {
+        let mut take = || Some(take_word(rest)? as u16);
+        *region = Part { top: take()?, bottom: take()?, left: take()?, right: take()? };
+    }
+    Some(Some(regions))
 }
 
-fn frame(memory: &mut Memory, number: u32, frame: (&[u8], u16, u16)) -> Option<()> {
-    let Memory { small, medium, large, report, bytes } = memory;
-    let (mut detector, storage) = match frame.1 {
+fn frame(memory: &mut Memory, number: u32, (width, height): (u16, u16), rest: &mut &[u8]) -> Option<()> {
+    let Memory { small, medium, large, regions, runs, report, bytes } = memory;
+    let regions = take_regions(rest, regions)?;
+    let (pixels, after) = rest.split_at_checked(usize::from(width) * usize::from(height))?;
+    *rest = after;
+    let runs = (take_word(rest)? == WITH_RUNS).then_some(Runs { rest, row: runs });
+    let frame = Frame { pixels, width, height, regions, runs };
+    let (mut detector, storage) = match width {
         0..=320 => (Detector::new(SETTINGS, small), Small::BYTES),
         321..=640 => (Detector::new(SETTINGS, medium), Medium::BYTES),
         _ => (Detector::new(SETTINGS, large), Large::BYTES),
     };
+    // As a head would have: the noise is known from a whole frame.
+    if frame.regions.is_some() {
+        detector.detect(&Image::new(pixels, width, height).ok()?).ok()?.for_each(drop);
+    }
     *report = Report::new(DETAIL);
     report.begin(number);
     let (sent, stack) = hardware::with_stack(|| {

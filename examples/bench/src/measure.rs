@@ -3,10 +3,10 @@
 use core::cell::Cell;
 
 use concentric::report::{Report, max_len};
-use concentric::{Detector, Observer, Rejected, Summary};
+use concentric::{Detector, Observer, Rejected, Run, Summary};
 
 use crate::hardware::mark;
-use crate::job::{DETAIL, MAX_TARGETS};
+use crate::job::{CONTRAST, DETAIL, MAX_TARGETS, MOST};
 
 /// A part of the work whose instructions are counted. See the plugin in `xtask/counter`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,19 +37,64 @@ impl Observer for &Refusals {
     }
 }
 
+/// A frame, and what is known of it.
+pub struct Frame<'f, 'r> {
+    pub pixels: &'f [u8],
+    pub width: u16,
+    pub height: u16,
+    /// Where it is searched, if not as a whole.
+    pub regions: Option<&'f [concentric::Region]>,
+    pub runs: Option<Runs<'f, 'r>>,
+}
+
+/// The runs of the rows, and room for those of one.
+pub struct Runs<'f, 'r> {
+    pub rest: &'f mut &'r [u8],
+    pub row: &'f mut [Run; MOST],
+}
+
+impl Runs<'_, '_> {
+    fn take_row(&mut self) -> Option<&[Run]> {
+        let runs = self.row.get_mut(..take_word(self.rest)? as usize)?;
+        for run in runs.iter_mut() {
+            let word = take_word(self.rest)?;
+            *run = Run { start: word as u16, end: (word >> 16) as u16 };
+        }
+        Some(runs)
+    }
+}
+
+/// The next word.
+pub fn take_word(rest: &mut &[u8]) -> Option<u32> {
+    let (word, after) = rest.split_first_chunk()?;
+    *rest = after;
+    Some(u32::from_le_bytes(*word))
+}
+
 /// Gives the rows of a frame to the detector, and its targets to the report.
 #[inline(never)]
 pub fn measure_frame<'b>(
     detector: &mut Detector<'_>,
-    (pixels, width, height): (&[u8], u16, u16),
+    frame: Frame<'_, '_>,
     report: &mut Report<MAX_TARGETS>,
     bytes: &'b mut Bytes,
 ) -> Option<&'b [u8]> {
     mark(Region::Outside);
     let refusals = Refusals::default();
+    let Frame { pixels, width, height, regions, mut runs } = frame;
     let mut scan = detector.begin_observed(width, height, &refusals).ok()?;
+    if let Some(regions) = regions {
+        scan = scan.within(regions).ok()?;
+    }
     for row in pixels.chunks_exact(usize::from(width).max(1)) {
-        let targets = scan.push_row(row).ok()?;
+        let targets = match &mut runs {
+            Some(runs) => {
+                let runs = runs.take_row()?;
+                mark(Region::Outside);
+                scan.push_row_with_runs(row, runs, CONTRAST).ok()?
+            }
+            None => scan.push_row(row).ok()?,
+        };
         mark(Region::Scan);
         collect(targets, &refusals, report);
     }

@@ -3,6 +3,7 @@
 extern crate std;
 use super::super::rows::KEPT_BLOCKS;
 use super::*;
+use crate::region::Regions;
 use std::vec;
 
 /// About Gaussian, from the sum of twelve.
@@ -28,7 +29,7 @@ fn scan(
     for y in 0..height {
         rows.push(&(0..width).map(|x| level(x, y)).collect::<vec::Vec<_>>());
         if rows.block_complete() {
-            strips.measure(&rows);
+            strips.measure(&rows, &mut Regions::all());
             if y > 4 {
                 strips.resolve(&rows);
                 check(&strips, y - 7);
