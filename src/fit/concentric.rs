@@ -18,6 +18,9 @@ use crate::math;
 use crate::target::{Covariance, MAX_CIRCLES};
 use heapless::Vec;
 
+#[cfg(test)]
+mod tests;
+
 /// Unknowns that the circles share: the terms of the outer conic as in [`Adjustment`](super::Adjustment), and s.
 const SHARED: usize = 7;
 /// Farthest that the centre may appear from that of the outer ellipse, in its frame.
