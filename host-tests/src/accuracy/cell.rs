@@ -51,8 +51,8 @@ pub struct Cell {
     pub targets: u32,
     /// How often each scene is seen in other noise.
     pub draws: u32,
-    /// What share of the frames of other cells it gets: one in `share`.
-    pub share: u32,
+    /// How many frames it gets, for how many of other cells.
+    pub frames: (u32, u32),
 }
 
 impl Default for Cell {
@@ -75,7 +75,7 @@ impl Default for Cell {
             hidden: 0.0,
             targets: 1,
             draws: DRAWS,
-            share: 1,
+            frames: (1, 1),
         }
     }
 }
@@ -134,9 +134,10 @@ impl Cell {
             && self.targets == 1
     }
 
-    /// Scenes that show it in at least `frames` frames, or its share of these.
+    /// Scenes that show it in at least `frames` frames, or its own number for these.
     pub fn scenes(&self, frames: u32) -> u32 {
-        frames.div_ceil(self.draws * self.share)
+        let (own, other) = self.frames;
+        (frames * own).div_ceil(self.draws * other)
     }
 
     /// A number of its own for this cell.

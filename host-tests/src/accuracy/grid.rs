@@ -192,14 +192,15 @@ impl Extent {
             let (sin, cos) = tilt.to_radians().sin_cos();
             // Eccentricity = R^2 sin cos / f; the longest focal length leaves next to none.
             let f = (radius * radius * sin * cos / (multiple * sigma)).min(LONGEST).round();
-            Cell { radius, tilt, f, ..Cell::default() }
+            // The worst of several ratios near one tells little where each is uncertain by a tenth.
+            Cell { radius, tilt, f, frames: (10, 1), ..Cell::default() }
         };
         multiples.into_iter().map(cell).collect()
     }
 
     /// The same conditions in both extents, because a mean over fewer would be that of another set.
     fn pooled(self) -> Vec<Cell> {
-        let share = if self == Self::Full { 10 } else { 40 };
+        let frames = (1, if self == Self::Full { 10 } else { 40 });
         let cell = |radius: f64, tilt: f64, noise: f64| Cell {
             radius: radius * SCALE,
             tilt,
@@ -208,7 +209,7 @@ impl Extent {
             black: 30.0,
             contrast: 190.0,
             draws: 1,
-            share,
+            frames,
             ..Cell::default()
         };
         let set = |noise: f64| {
@@ -229,8 +230,14 @@ impl Extent {
 
     fn board(self) -> Vec<Cell> {
         let tilts = self.pick(&[20.0, 40.0, 55.0], &[40.0]);
-        let cell =
-            |tilt: f64| Cell { radius: 26.0, tilt, targets: 58, draws: 1, share: 15, ..Cell::default() };
+        let cell = |tilt: f64| Cell {
+            radius: 26.0,
+            tilt,
+            targets: 58,
+            draws: 1,
+            frames: (1, 15),
+            ..Cell::default()
+        };
         tilts.into_iter().map(cell).collect()
     }
 }
@@ -260,7 +267,7 @@ mod tests {
     fn quick_cells_are_cells_of_the_whole() {
         let whole = Extent::Full.cells();
         for cell in Extent::Quick.cells() {
-            let same = |other: &&Cell| Cell { share: cell.share, ..(*other).clone() } == cell;
+            let same = |other: &&Cell| Cell { frames: cell.frames, ..(*other).clone() } == cell;
             assert!(whole.iter().find(same).is_some(), "{}", cell.name());
         }
     }
