@@ -144,7 +144,7 @@ impl<'s> Strips<'s> {
             age(strip);
             let extremes = kernel::extremes(a, b);
             restless.add(extremes);
-            noise.add(extremes);
+            noise.add_flat(extremes);
             take(strip, extremes, contrast);
         }
         // Where nearly all are restless it is for the noise.
