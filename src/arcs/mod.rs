@@ -37,7 +37,7 @@ const LEAST_NEAR: f32 = 0.72;
 /// Half of the points of an even outline are as near as this, in units of that, ...
 const NEAR_SHARE: f32 = 0.4;
 /// ... and where noise or blur spreads them more widely this often.
-const WIDER: [f32; 4] = [1.0, 1.25, 1.6, 2.0];
+const WIDER: [f32; 5] = [1.0, 1.25, 1.6, 2.0, 2.5];
 /// Most crossings beside an arc for each one on it: a circle is left at a corner, a polygon's side or a curve that is no
 /// ellipse runs along it.
 const MOST_BESIDE: f32 = 0.4;
@@ -125,7 +125,8 @@ pub(crate) fn share_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: 
         off as f32 / points.points.len().max(1) as f32
     };
     let spread = WIDER.into_iter().find(|wider| share(NEAR * NEAR_SHARE * wider) <= 0.5);
-    share(NEAR * spread.unwrap_or(1.0))
+    let [.., widest] = WIDER;
+    share(NEAR * spread.unwrap_or(widest))
 }
 
 /// Crossings that a whole ellipse with these semi-axes has, to 10 %, when each axis keeps its own half of them.
