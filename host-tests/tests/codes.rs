@@ -15,11 +15,10 @@ use rand_distr::{Distribution, Uniform};
 use rand_pcg::{Pcg64, rand_core::SeedableRng};
 use rayon::prelude::*;
 
-/// A dark annulus of ratio 0.5 and this outer semi-major axis, px, in the middle of a frame around it.
 /// Least side of a frame that holds more than the target, px.
 const ROOMY: f64 = 128.0;
 
-/// A target in the middle of a frame that is as small as can be, or has at least this side.
+/// A dark annulus of ratio 0.5 and this outer semi-major axis, px, in the middle of a frame that is as small as can be, or has at least this side.
 fn scene_in(side: f64, radius: f64, tilt: f64, azimuth: f64) -> Scene {
     let side = (2.0 * 2.3 * radius + 16.0).max(side) as u32;
     let camera = Camera::new(side, side, 1000.0);
@@ -137,16 +136,16 @@ fn failures(count: u64, side: f64) -> Vec<String> {
         .collect()
 }
 
-/// No id is wrong. Some targets have none: most of these where the frame holds nothing but the target, so that little of it
-/// tells of the noise. `CONCENTRIC_CODED=100000` for many.
+/// No id is wrong, and every target that is found has its id. Some are not found: most of these where light ink fills a dark frame.
+/// `CONCENTRIC_CODED=100000` for many.
 #[test]
 fn ids_are_right_at_any_tilt() {
     let count = frames("CONCENTRIC_CODED", 3000);
-    for (what, side, most) in [("with room about", ROOMY, 0.005), ("that fill the frame", 0.0, 0.015)] {
+    for (what, side, most) in [("with room about", ROOMY, 0.001), ("that fill the frame", 0.0, 0.0125)] {
         let failures = failures(count, side);
         println!("{what}: {} of {count} coded targets identified", count as usize - failures.len());
-        let wrong = failures.iter().filter(|failure| failure.contains("Some")).count();
-        assert_eq!(wrong, 0, "{}", failures.join("\n"));
+        let found = failures.iter().filter(|failure| !failure.ends_with(": []")).count();
+        assert_eq!(found, 0, "{}", failures.join("\n"));
         assert!(failures.len() as f64 <= most * count as f64, "{what}:\n{}", failures.join("\n"));
     }
 }
@@ -188,7 +187,7 @@ fn random_clutter(seed: u64) -> Scene {
 /// `CONCENTRIC_CLUTTER=100000` for many.
 #[test]
 fn nothing_without_a_code_has_an_id() {
-    let count = frames("CONCENTRIC_CLUTTER", 2000);
+    let count = frames("CONCENTRIC_CLUTTER", 3000);
     let codes = [CodeName::Cct14, CodeName::Cct12, CodeName::Five];
     let (wrong, targets) = (0..count)
         .into_par_iter()
@@ -207,6 +206,58 @@ fn nothing_without_a_code_has_an_id() {
         "most rings must be found for this to mean anything: {targets} in {count}"
     );
     assert!(wrong.is_empty(), "{} wrong ids\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// The id that the middles of the segments make, taken by themselves: dark is what is nearer to the ink than to the paper.
+fn careless(frame: &Frame, code: &Code, target: &Target) -> Option<u16> {
+    let ellipse = &target.circles[0].ellipse;
+    let [x, y] = px(ellipse.centre);
+    let (sin, cos) = f64::from(ellipse.theta).sin_cos();
+    let level = |radius: f64, turn: f64| {
+        let (u, v) = (radius * f64::from(ellipse.a) * turn.cos(), radius * f64::from(ellipse.b) * turn.sin());
+        let (column, row) = ((x + u * cos - v * sin).round(), (y + u * sin + v * cos).round());
+        frame
+            .pixels
+            .get(row as usize * frame.width as usize + column as usize)
+            .map_or(0.0, |&level| level.into())
+    };
+    let middle = level(0.0, 0.0) - f64::from(target.contrast) / 2.0;
+    let radius = f64::from(0.5 * (code::INNER + code::OUTER));
+    (0..16).find_map(|phase| {
+        let turn = |segment: u32| (f64::from(segment) + f64::from(phase) / 16.0) / f64::from(code.segments());
+        let bit = |segment| u16::from(level(radius, std::f64::consts::TAU * turn(segment)) < middle);
+        code.decode((0..code.segments()).fold(0, |word, segment| word << 1 | bit(segment)))
+            .map(|read| read.id)
+    })
+}
+
+/// Seeds of clutter, and the codes that a reader that only looks at the middle of the segments finds there.
+const LOOKALIKES: [(u64, CodeName); 12] = [
+    (1005209, CodeName::Cct12),
+    (1007233, CodeName::Cct12),
+    (1007233, CodeName::Cct14),
+    (1013055, CodeName::Cct14),
+    (1020049, CodeName::Cct12),
+    (1028869, CodeName::Cct12),
+    (1028869, CodeName::Cct14),
+    (1029247, CodeName::Cct14),
+    (1032061, CodeName::Cct12),
+    (1039163, CodeName::Cct14),
+    (1000389, CodeName::Five),
+    (1000727, CodeName::Five),
+];
+
+/// Frames in which spots and strips lie where the middles of an id's segments would be. None of them has the shape of a segment.
+#[test]
+fn what_only_resembles_a_code_has_no_id() {
+    for (seed, name) in LOOKALIKES {
+        let frame = random_clutter(seed).render(seed);
+        let found = read(&frame, Settings::new(TargetSpec::any()).code(name.code()));
+        let careless: Vec<_> =
+            found.iter().filter_map(|target| careless(&frame, &name.code(), target)).collect();
+        assert!(!careless.is_empty(), "{seed}: not even a careless reader takes this for a code");
+        assert!(found.iter().all(|target| target.code.is_none()), "{seed}: read, as {careless:?} carelessly");
+    }
 }
 
 /// RMS error of the centre, px, and what the covariances say, over 300 frames with or without a code.

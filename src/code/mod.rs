@@ -64,7 +64,7 @@ pub struct Reading {
     /// Direction in the image from the true centre to where the first segment of the id's word begins, from +x towards +y,
     /// radians in -pi..=pi; good to about 2 degrees on the target.
     pub angle: f32,
-    /// Segments that were repaired or not clear.
+    /// Segments that were repaired or not clear: each is counted once.
     pub wrong: u8,
     /// How far the least clear of the other segments is from the middle between ink and ground, 0 to 1: 1 is wholly clear.
     pub margin: f32,

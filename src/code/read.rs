@@ -2,7 +2,7 @@
 
 use super::{Code, INNER, OUTER, QUIET, Reading};
 use crate::detector::Image;
-use crate::fit::Frame;
+use crate::fit::{Frame, Shape};
 use crate::math;
 use crate::measure::Origin;
 use crate::settings::Settings;
@@ -11,33 +11,47 @@ use heapless::Vec;
 
 /// Places in a segment along the ring.
 const PARTS: usize = 8;
-/// Those of them in its middle that tell its bit: the others are near its ends, where the blur mixes it with the next one.
-const MIDDLE: core::ops::Range<usize> = 2..6;
 /// Most places around the ring.
 const PLACES: usize = PARTS * super::table::SEGMENTS as usize;
-/// Where across the ring it is looked at, as a share of its width: where blur reaches least.
-const ACROSS: [f32; 3] = [0.35, 0.5, 0.65];
+/// How far from the borders of segments and paper levels are taken, in standard deviations of the blur.
+const REACH: f32 = 1.4;
+/// The same in outer radii: at least, for what the print and the plane are off, and at most, as half of a ring's width is 0.2.
+const MARGINS: (f32, f32) = (0.04, 0.14);
+/// Margin up to which all but the first and the last part of a segment tell its bit; with wider ones half of them do.
+const WIDE: f32 = 0.09;
 /// Smallest contrast of the ring, as a share of the target's: that of segments of 2 px under a blur of 1.2 px.
 const MIN_CONTRAST: f32 = 0.4;
 /// Farthest that the ground in the ring may be from the ground around it, as a share of the target's contrast.
 const MAX_GROUND: f32 = 0.3;
 /// Least distance of a clear segment from the middle between ink and ground, as a share of half the ring's contrast.
 const MIN_MARGIN: f32 = 0.5;
-/// Farthest that the ground on either side of a clear segment may be from what the rest of it lets expect, as a share of the ring's contrast.
-const MAX_UNCLEAN: f32 = 0.35;
+/// The same for each level in it.
+const MIN_PLACE: f32 = 0.0;
+/// Farthest that the paper on either side of a clear segment may be from the ground, as a share of the ring's contrast.
+const MAX_UNCLEAN: f32 = 0.4;
+/// What a segment that plainly is the other bit counts, where one that is not clear counts 1: dirt rarely has the shape of a segment.
+const PLAINLY_WRONG: u32 = 2;
 
 /// Reads the code of `target` in `image`, in which a [`Detector`](crate::Detector) with the same `settings` has found it, into
 /// [`Target::code`]. `false`, and no code, if `settings` have no [`Code`], or if there is none to be read: one that
 /// the image's border cuts, one of an id that is not in the settings, one with more segments that are not clear than can be
 /// repaired. A target without a ring of segments has no code.
 ///
-/// The ring is looked at where the plane of the target puts it, which follows from the outer ellipse and the true centre. The work is at
-/// most 112 places around the ring, five pixels by four at each.
+/// A segment is clear where every level in it is on its side of the middle between ink and ground, away from its borders, and
+/// the paper inside and outside of it is clean. Only what is not clear is repaired; a segment that plainly is the other
+/// bit counts as two that are not.
+///
+/// The ring is looked at where the plane of the target puts it, which follows from the outer ellipse and the true centre, and if
+/// nothing is read there, about the innermost ellipse. The work is at most 112 places around the ring, seven levels of four
+/// pixels at each, twice.
 pub fn read(image: &Image<'_>, settings: &Settings, target: &mut Target) -> bool {
     let sign = if target.flags.contains(crate::Flags::LIGHT) { -1.0 } else { 1.0 };
     target.code = settings.code.and_then(|code| {
-        let plane = Plane::new(settings, target)?;
-        Ring::new(image, &plane, &code, sign)?.read(&plane, &code, target.contrast)
+        let planes = [Plane::new(settings, target), Plane::inner(settings, target)];
+        planes
+            .into_iter()
+            .flatten()
+            .find_map(|plane| Ring::new(image, &plane, &code, sign)?.read(&plane, &code, target.contrast))
     });
     target.code.is_some()
 }
@@ -53,15 +67,31 @@ struct Plane {
     ellipse: (f32, f32),
     c: (f32, f32),
     s: f32,
+    /// How far from borders levels are taken, outer radii.
+    margin: f32,
 }
 
 impl Plane {
+    /// That of the outer circle and the true centre.
     fn new(settings: &Settings, target: &Target) -> Option<Self> {
         let origin = Origin::of(target, settings.camera.as_ref())?;
         let shape = origin.shape(target.circles.first()?)?;
-        let frame = Frame::new(&shape)?;
-        let (x, y) = origin.offset(target.centre)?;
-        let c = frame.vector(x - shape.cx, y - shape.cy);
+        Self::of(origin, &shape, origin.offset(target.centre)?, target.blur)
+    }
+
+    /// That of the innermost circle as if it had no eccentricity. A code near the outer circle of a small target moves that and the
+    /// true centre with it; where it is so near, eccentricity is nothing.
+    fn inner(settings: &Settings, target: &Target) -> Option<Self> {
+        let origin = Origin::of(target, settings.camera.as_ref())?;
+        let (outer, inner) = (target.circles.first()?.ellipse, target.circles.last()?);
+        let ratio = math::sqrt(inner.ellipse.a * inner.ellipse.b / (outer.a * outer.b));
+        let shape = origin.shape(inner)?.grown(1.0 / ratio);
+        Self::of(origin, &shape, (shape.cx, shape.cy), target.blur)
+    }
+
+    fn of(origin: Origin, shape: &Shape, centre: (f32, f32), blur: f32) -> Option<Self> {
+        let frame = Frame::new(shape)?;
+        let c = frame.vector(centre.0 - shape.cx, centre.1 - shape.cy);
         let square = 1.0 - c.0 * c.0 - c.1 * c.1;
         // The vanishing line must lie beyond the code.
         (square > 1.0 - 1.0 / (QUIET * QUIET)).then_some(Self {
@@ -70,6 +100,7 @@ impl Plane {
             ellipse: (shape.cx, shape.cy),
             c,
             s: math::sqrt(square),
+            margin: (REACH * blur / shape.semi_axes().1).clamp(MARGINS.0, MARGINS.1),
         })
     }
 
@@ -109,23 +140,35 @@ impl Plane {
 /// What is seen at a place around the ring, grey levels: how much nearer to the ink than the ground around the whole target.
 #[derive(Clone, Copy, Debug, Default)]
 struct Place {
-    /// In the ring.
-    ring: f32,
-    /// Inside and outside it.
-    beside: [f32; 2],
+    /// Across the ring.
+    ring: [f32; 3],
+    /// On the paper inside and outside it.
+    beside: [f32; 4],
 }
 
 /// The ring of segments and the ground on both sides of it, all around.
 struct Ring {
     places: Vec<Place, PLACES>,
+    /// Parts of a segment that tell its bit: the others are near its ends, where the blur mixes it with the next one.
+    middle: core::ops::Range<usize>,
 }
 
 /// What a segment looks like.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
+    /// Mean in the ring, and the least and the most.
     ring: f32,
-    /// Largest deviation of the ground on both sides.
+    least: f32,
+    most: f32,
+    /// Largest deviation of the paper on both sides.
     unclean: f32,
+}
+
+/// Mean levels of the segments.
+#[derive(Clone, Copy, Debug)]
+struct Tones {
+    ground: f32,
+    half: f32,
 }
 
 fn direction(place: usize, places: usize) -> (f32, f32) {
@@ -137,18 +180,16 @@ impl Ring {
     /// `None` if the image's border cuts it. `sign` is 1 for dark ink and -1 for light.
     fn new(image: &Image<'_>, plane: &Plane, code: &Code, sign: f32) -> Option<Self> {
         let count = PARTS * code.segments() as usize;
+        let (paper, margin) = (1.0, plane.margin);
         let mut places = Vec::new();
         for k in 0..count {
-            let at = |radius| plane.level(image, radius, direction(k, count));
-            let mut ring = 0.0;
-            for share in ACROSS {
-                ring += at(INNER + share * (OUTER - INNER))? / ACROSS.len() as f32;
-            }
-            let beside = [at(0.5 * (1.0 + INNER))?, at(0.5 * (OUTER + QUIET))?];
-            let place = Place { ring: -sign * ring, beside: beside.map(|level| -sign * level) };
-            places.push(place).ok()?;
+            let at = |radius| Some(-sign * plane.level(image, radius, direction(k, count))?);
+            let ring = [at(INNER + margin)?, at(0.5 * (INNER + OUTER))?, at(OUTER - margin)?];
+            let beside = [at(paper + margin)?, at(INNER - margin)?, at(OUTER + margin)?, at(QUIET - margin)?];
+            places.push(Place { ring, beside }).ok()?;
         }
-        let mut ring = Self { places };
+        let wide = margin <= WIDE;
+        let mut ring = Self { places, middle: if wide { 1..PARTS - 1 } else { 2..PARTS - 2 } };
         ring.remove_light();
         Some(ring)
     }
@@ -160,7 +201,7 @@ impl Ring {
         let (mut mean, mut x, mut y) = (0.0, 0.0, 0.0);
         for (k, place) in self.places.iter().enumerate() {
             let (cos, sin) = direction(k, count);
-            let level = 0.5 * (place.beside[0] + place.beside[1]) / count as f32;
+            let level = place.beside.iter().sum::<f32>() / (4 * count) as f32;
             mean += level;
             x += 2.0 * level * cos;
             y += 2.0 * level * sin;
@@ -168,29 +209,32 @@ impl Ring {
         for (k, place) in self.places.iter_mut().enumerate() {
             let (cos, sin) = direction(k, count);
             let ground = mean + x * cos + y * sin;
-            place.ring -= ground;
+            place.ring = place.ring.map(|level| level - ground);
             place.beside = place.beside.map(|level| level - ground);
         }
     }
 
     /// The segment that begins at the place `start`.
-    fn segment(&self, start: usize, parts: core::ops::Range<usize>) -> Segment {
-        let count = parts.len() as f32;
-        let (mut ring, mut unclean) = (0.0, 0.0f32);
-        for part in parts {
+    fn segment(&self, start: usize) -> Segment {
+        let mut segment = Segment { ring: 0.0, least: f32::INFINITY, most: f32::NEG_INFINITY, unclean: 0.0 };
+        for part in self.middle.clone() {
             let Some(place) = self.places.get((start + part) % self.places.len().max(1)) else { continue };
-            ring += place.ring / count;
-            unclean = place.beside.iter().fold(unclean, |most, level| most.max(level.abs()));
+            for level in place.ring {
+                segment.ring += level / (place.ring.len() * self.middle.len()) as f32;
+                segment.least = segment.least.min(level);
+                segment.most = segment.most.max(level);
+            }
+            segment.unclean = place.beside.iter().fold(segment.unclean, |most, level| most.max(level.abs()));
         }
-        Segment { ring, unclean }
+        segment
     }
 
     /// The place at which a segment begins: where segments differ most from the middle of all.
     fn phase(&self, segments: usize) -> usize {
-        let mean = self.places.iter().map(|place| place.ring).sum::<f32>() / self.places.len() as f32;
+        let all = || (0..PARTS * segments).map(|start| self.segment(start).ring);
+        let mean = all().sum::<f32>() / (PARTS * segments) as f32;
         let clear = |start: usize| {
-            let off = |i| (self.segment(start + PARTS * i, 0..PARTS).ring - mean).abs();
-            (0..segments).map(off).sum::<f32>()
+            (0..segments).map(|i| (self.segment(start + PARTS * i).ring - mean).abs()).sum::<f32>()
         };
         let mut best = (0, f32::NEG_INFINITY);
         for start in 0..PARTS {
@@ -203,9 +247,34 @@ impl Ring {
     }
 
     fn read(&self, plane: &Plane, code: &Code, contrast: f32) -> Option<Reading> {
-        let segments = code.segments() as usize;
-        let start = self.phase(segments);
-        let all = || (0..segments).map(|i| self.segment(start + PARTS * i, MIDDLE));
+        let segments = code.segments();
+        let start = self.phase(segments as usize);
+        let all = || (0..segments as usize).map(|i| self.segment(start + PARTS * i));
+        let tones = Tones::new(all, contrast)?;
+        let (mut word, mut unclear, mut margin) = (0, 0, 1.0f32);
+        for segment in all() {
+            let ink = segment.ring > tones.ground + tones.half;
+            let clear = tones.margin(&segment);
+            word = word << 1 | u16::from(ink);
+            unclear = unclear << 1 | u16::from(clear.is_none());
+            margin = margin.min(clear.unwrap_or(1.0));
+        }
+        let decoded = code.decode(word)?;
+        let turned = |word| super::table::rotated(word, decoded.turn.into(), segments);
+        let wrong = turned(word) ^ code.word(decoded.id)?;
+        let plainly = (wrong & !turned(unclear)).count_ones();
+        if unclear.count_ones() + PLAINLY_WRONG * plainly > code.repairs() {
+            return None;
+        }
+        let first = direction(start + PARTS * usize::from(decoded.turn), self.places.len());
+        let wrong = (unclear.count_ones() + plainly) as u8;
+        Some(Reading { id: decoded.id, angle: plane.angle(first), wrong, margin })
+    }
+}
+
+impl Tones {
+    /// `None` if the segments have no two tones, or their ground is none.
+    fn new<I: Iterator<Item = Segment>>(all: impl Fn() -> I, contrast: f32) -> Option<Self> {
         let (least, most) = all().fold((f32::INFINITY, f32::NEG_INFINITY), |(least, most), segment| {
             (least.min(segment.ring), most.max(segment.ring))
         });
@@ -217,28 +286,21 @@ impl Ring {
             sum / count
         };
         let (ground, ink) = (mean(false), mean(true));
-        let half = 0.5 * (ink - ground);
+        let tones = Self { ground, half: 0.5 * (ink - ground) };
         // Also refuses a ring without any difference.
-        if !(2.0 * half >= MIN_CONTRAST * contrast && ground.abs() <= MAX_GROUND * contrast) {
-            return None;
-        }
-        let (mut word, mut unclear, mut margin) = (0, 0, 1.0f32);
-        for segment in all() {
-            let off = segment.ring - ground - half;
-            word = word << 1 | u16::from(off > 0.0);
-            let clear = off.abs() / half;
-            if clear >= MIN_MARGIN && segment.unclean <= MAX_UNCLEAN * 2.0 * half {
-                margin = margin.min(clear);
-            } else {
-                unclear += 1;
-            }
-        }
-        let decoded = code.decode(word)?;
-        let wrong = unclear.max(u32::from(decoded.wrong));
-        if wrong > code.repairs() {
-            return None;
-        }
-        let first = direction(start + PARTS * usize::from(decoded.turn), self.places.len());
-        Some(Reading { id: decoded.id, angle: plane.angle(first), wrong: wrong as u8, margin })
+        (2.0 * tones.half >= MIN_CONTRAST * contrast && ground.abs() <= MAX_GROUND * contrast)
+            .then_some(tones)
+    }
+
+    /// How far a segment is from the middle between the tones, as a share of the way to them; `None` if it is not clear.
+    fn margin(&self, segment: &Segment) -> Option<f32> {
+        let share = |level: f32| (level - self.ground) / self.half - 1.0;
+        let (mean, worst) = if share(segment.ring) > 0.0 {
+            (share(segment.ring), share(segment.least))
+        } else {
+            (-share(segment.ring), -share(segment.most))
+        };
+        let clean = segment.unclean <= MAX_UNCLEAN * 2.0 * self.half;
+        (mean >= MIN_MARGIN && worst >= MIN_PLACE && clean).then_some(mean)
     }
 }

@@ -6,6 +6,7 @@
 mod accuracy;
 #[path = "../common/mod.rs"]
 mod common;
+mod cost;
 mod document;
 mod figures;
 mod limits;
@@ -42,6 +43,7 @@ fn tables_and_outputs_are_as_computed() {
     readme.put("table:goals", &accuracy::goals());
     readme.put("table:paper", &accuracy::paper());
     readme.put("table:found", &figures::found());
+    readme.put("table:cost", &cost::table());
     readme.put("table:memory", &sizes::memory());
     readme.put("table:report", &sizes::report());
     readme.put("table:limits", &limits::table());

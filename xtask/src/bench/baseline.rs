@@ -7,6 +7,7 @@ use anyhow::{Context, Result};
 
 use crate::Root;
 
+use super::page::page;
 use super::results::{Measured, Results};
 
 /// How much worse a figure may be, with the compiler of the baseline and with another.
@@ -17,6 +18,11 @@ const LEAST: f64 = 64.0;
 
 fn path(root: &Root) -> PathBuf {
     root.folder.join("xtask/bench/baseline.json")
+}
+
+/// The same as a page.
+fn page_path(root: &Root) -> PathBuf {
+    path(root).with_extension("md")
 }
 
 /// Reads the baseline.
@@ -45,6 +51,7 @@ pub fn write(root: &Root, results: &Results) -> Result<()> {
     let path = path(root);
     fs::create_dir_all(path.parent().context("no folder")?)?;
     fs::write(&path, serde_json::to_string_pretty(&all)? + "\n")?;
+    fs::write(page_path(root), page(&all))?;
     println!("wrote {}", path.display());
     Ok(())
 }
@@ -109,6 +116,16 @@ mod tests {
         assert_eq!(regressions(&baseline, &measured("b", 10_301)), Vec::<String>::new());
         assert_eq!(regressions(&baseline, &measured("b", 11_100)).len(), 1);
         assert_eq!(regressions(&baseline, &measured("a", 5_000)), Vec::<String>::new());
+    }
+
+    #[test]
+    fn page_shows_the_baseline() {
+        let root = Root::find().expect("the checkout");
+        let right = page(&read(&root).expect("a baseline"));
+        if std::env::var_os("CONCENTRIC_BLESS").is_some_and(|value| value == "1") {
+            fs::write(page_path(&root), &right).expect("the page can be written");
+        }
+        assert_eq!(fs::read_to_string(page_path(&root)).expect("a page"), right);
     }
 
     #[test]
