@@ -51,6 +51,9 @@
 
 mod appearance;
 mod arcs;
+#[cfg(all(target_arch = "arm", target_abi = "eabihf", target_os = "none"))]
+#[allow(unsafe_code)]
+mod arm;
 mod camera;
 mod candidate;
 pub mod centre;

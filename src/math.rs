@@ -1,11 +1,17 @@
-//! The only door to `libm` and `micromath`.
+//! The only door to `libm`, `micromath` and the square root of the processor.
 //!
 //! Functions are called by their `libm` names, never as `f32` methods, because those pick another
 //! implementation when `std` is linked, and reports must be bit-identical on every processor.
 
+// Both round correctly, so that the bits are the same.
+#[cfg(all(target_arch = "arm", target_abi = "eabihf", target_os = "none"))]
+use crate::arm::sqrt as root;
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf", target_os = "none")))]
+use libm::sqrtf as root;
+
 /// Square root, correctly rounded. Negative arguments (rounding noise) give 0.
 pub(crate) fn sqrt(x: f32) -> f32 {
-    if x > 0.0 { libm::sqrtf(x) } else { 0.0 }
+    if x > 0.0 { root(x) } else { 0.0 }
 }
 
 /// Angle of `(x, y)` from +x towards +y, radians.

@@ -34,6 +34,13 @@ const BESIDE: f32 = 2.5;
 /// Distance within which most of them lie, px, and how many.
 const NEAR: f32 = 0.45;
 const LEAST_NEAR: f32 = 0.72;
+/// Half of the points of an even outline are as near as this, in units of that, ...
+const NEAR_SHARE: f32 = 0.4;
+/// ... or this often where noise or blur spreads them, ...
+const WIDER: [f32; 4] = [1.0, 1.25, 1.6, 2.0];
+const WIDEST: f32 = 2.5;
+/// ... if no larger share of them is farther away than [`TAKEN`].
+const MOST_FAR: f32 = 0.1;
 /// Most crossings beside an arc for each one on it: a circle is left at a corner, a polygon's side or a curve that is no
 /// ellipse runs along it.
 const MOST_BESIDE: f32 = 0.4;
@@ -112,11 +119,18 @@ pub(crate) fn place(crossing: &Crossing, origin: (u16, u16)) -> (f32, f32) {
     (x, y)
 }
 
-/// Share of some of the crossings that are not near the arc's ellipse.
+/// Share of some of the crossings that are not near the arc's ellipse. Where half of them are far from it noise or blur spreads
+/// them all, and what is near is as much wider.
 pub(crate) fn share_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> f32 {
     let points = Points::fewest(list, pool, origin);
-    let off = points.points.iter().filter(|point| arc.square_distance(point) > NEAR * NEAR).count();
-    off as f32 / points.points.len().max(1) as f32
+    let share = |limit: f32| {
+        let off = points.points.iter().filter(|point| arc.square_distance(point) > limit * limit).count();
+        off as f32 / points.points.len().max(1) as f32
+    };
+    // Noise leaves hardly any far away, a dent or a bump does.
+    let dented = share(TAKEN) > MOST_FAR;
+    let fits = |wider: &f32| dented || share(NEAR_SHARE * NEAR * wider) <= 0.5;
+    share(NEAR * WIDER.into_iter().find(fits).unwrap_or(WIDEST))
 }
 
 /// Crossings that a whole ellipse with these semi-axes has, to 10 %, when each axis keeps its own half of them.

@@ -34,6 +34,18 @@ impl Noise {
         }
     }
 
+    /// Adds those of a strip's cells in which there is no edge: noise, and light that changes slowly.
+    pub fn add_flat(&mut self, [low, high]: Extremes) {
+        for range in (high - low).to_le_bytes() {
+            if range < self.contrast
+                && let Some(count) = self.ranges.get_mut(usize::from(range))
+            {
+                *count += 1;
+                self.count += 1;
+            }
+        }
+    }
+
     /// Takes the cells of `other` instead.
     pub fn replace(&mut self, other: &Self) {
         (self.ranges, self.count) = (other.ranges, other.count);
@@ -46,7 +58,8 @@ impl Noise {
         }
         let wanted = self.count / 8 + 1;
         let mut seen = 0;
-        let mut figure = (RANGES as u16) << NOISE_BITS;
+        // Where all have wider ranges there is no noise to be seen for all the edges.
+        let mut figure = self.figure;
         for (range, &count) in self.ranges.iter().enumerate() {
             if seen + count >= wanted {
                 // A range stands for those half a level below and above it.
@@ -56,7 +69,10 @@ impl Noise {
             }
             seen += count;
         }
-        self.figure = if self.figure == 0 { figure } else { self.figure - self.figure / 4 + figure / 4 };
+        // A figure that is far too large was one of edges.
+        let edges = figure < self.figure / 2;
+        self.figure =
+            if self.figure == 0 || edges { figure } else { self.figure - self.figure / 4 + figure / 4 };
         let contrast = (u32::from(self.figure) * limits::CONTRAST_TO_NOISE) >> (NOISE_BITS + 1);
         self.contrast = contrast.clamp(u32::from(limits::MIN_CONTRAST / 2), 127) as u8;
         (self.ranges, self.count) = ([0; RANGES], 0);

@@ -189,7 +189,7 @@ impl<'s> Strips<'s> {
             let extremes = kernel::extremes(a, b);
             restless.add(extremes);
             if is_whole {
-                noise.add(extremes);
+                noise.add_flat(extremes);
             }
             take(strip, extremes, contrast);
         }
