@@ -20,9 +20,7 @@ mod strips;
 #[cfg(test)]
 mod tests;
 
-#[cfg(test)]
-pub(crate) use crossings::Stretch;
-pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, NEAR, Pool};
+pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, NEAR, Pool, Stretch};
 pub(crate) use outlines::{Moments, NONE, Outline, Outlines};
 use rows::BLOCK_ROWS;
 pub(crate) use rows::{KEPT_BLOCKS, Rows};

@@ -1,95 +1,156 @@
-//! Normal equations of all ellipses and of what they share: an arrow of 5 x 5 blocks.
+//! Normal equations of all ellipses and of what they share: an arrow of 5 x 5 blocks, summed up in integers.
+//!
+//! In the units of the sums, a unit of an outline's terms moves its edge by half its semi-major axis, the light's slopes are those
+//! over [`Scene::unit`] with 256 grey levels, and the logarithm of the blur changes levels by the contrast.
 
-use super::view::Far;
+use super::fixed::{GREY, ONE, scale, wide};
+use super::scene::Scene;
+use super::view::{Far, View};
 use crate::appearance::{Model, OWN, SHARED, Spread, Step};
 use crate::fit::{CENTRE_TERMS, Factor, Matrix};
 use crate::list::list;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
+/// Grey levels of one in the units of the sums.
+const LEVELS: f32 = 256.0;
+/// What is one in the sums: of products of terms, of those of what is shared, and of these with residuals.
+const OWN_ONE: f32 = ONE as f32;
+const SHARED_ONE: f32 = (ONE / 4) as f32;
+const RIGHT_ONE: f32 = ONE as f32 * ONE as f32 * GREY as f32;
+const SQUARE_ONE: f32 = (GREY * GREY) as f32;
+
+/// Most that a crossing may weigh, for the room of its products.
+const MOST: i32 = ONE * 3 / 2;
+
+/// A place in units of [`Scene::unit`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub x: i32,
+    pub y: i32,
+}
+
 /// Sums over the samples of a crossing, of products of: 1 (n), lightness (l), its changes with the logarithm of the blur (b) and
 /// with the place of the edge (p), and the residual (r).
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sums {
-    pub n: f32,
-    pub l: f32,
-    pub ll: f32,
-    pub b: f32,
-    pub lb: f32,
-    pub bb: f32,
-    pub p: f32,
-    pub lp: f32,
-    pub bp: f32,
-    pub pp: f32,
-    pub r: f32,
-    pub lr: f32,
-    pub br: f32,
-    pub pr: f32,
-    pub rr: f32,
+    pub n: i32,
+    pub l: i32,
+    pub ll: i32,
+    pub b: i32,
+    pub lb: i32,
+    pub bb: i32,
+    pub p: i32,
+    pub lp: i32,
+    pub bp: i32,
+    pub pp: i32,
+    pub r: i32,
+    pub lr: i32,
+    pub br: i32,
+    pub pr: i32,
+    pub rr: i32,
 }
 
-/// What a crossing tells.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Told {
-    /// Terms of the conic where it passes the edge.
-    pub terms: [f32; OWN],
-    /// How far a unit of them moves the edge outwards, px.
-    pub reach: f32,
-    /// Change of the level for 1 px outwards, in units of `p`.
-    pub by_place: f32,
-    /// Light there, relative to that at the origin.
-    pub light: f32,
-    /// Place in units of the target's size.
-    pub place: (f32, f32),
-    pub sums: Sums,
+impl Sums {
+    /// Adds a sample.
+    #[inline]
+    pub fn add(&mut self, l: i32, b: i32, p: i32, r: i32) {
+        self.n += 1;
+        self.l += l;
+        self.ll += l * l;
+        self.b += b;
+        self.lb += b * l;
+        self.bb += b * b;
+        self.p += p;
+        self.lp += p * l;
+        self.bp += p * b;
+        self.pp += p * p;
+        self.r += r;
+        self.lr += r * l;
+        self.br += r * b;
+        self.pr += r * p;
+        self.rr += r * r;
+    }
 }
 
-impl Told {
+/// The model where a crossing is.
+struct Here {
+    light: i32,
+    place: Place,
+    dark: i32,
+    bright: i32,
+}
+
+impl Here {
     /// Products of a quantity with the derivatives by dark, bright, and the light's slopes, from its sums with 1 and lightness.
-    fn with_levels(&self, model: &Model, sum: f32, with_lightness: f32) -> [f32; 4] {
+    #[inline]
+    fn with_levels(&self, sum: i32, with_lightness: i32) -> [i32; 4] {
         let (dark, bright) = (sum - with_lightness, with_lightness);
-        let mixed = model.dark * dark + model.bright * bright;
-        [self.light * dark, self.light * bright, self.place.0 * mixed, self.place.1 * mixed]
+        let mixed = scale(dark, self.dark) + scale(bright, self.bright);
+        [
+            scale(dark, self.light),
+            scale(bright, self.light),
+            scale(mixed, self.place.x),
+            scale(mixed, self.place.y),
+        ]
+    }
+
+    /// The same of a quantity with more bits.
+    #[inline]
+    fn with_levels_wide(&self, sum: i32, with_lightness: i32) -> [i64; 4] {
+        let (dark, bright) = (sum - with_lightness, with_lightness);
+        let mixed = wide(dark, self.dark, 14) + wide(bright, self.bright, 14);
+        let product = |a: i32, b: i32| i64::from(a) * i64::from(b);
+        [
+            product(dark, self.light),
+            product(bright, self.light),
+            product(mixed, self.place.x),
+            product(mixed, self.place.y),
+        ]
     }
 }
 
 /// An outline's part.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Block {
-    pub m: Matrix<OWN>,
-    pub right: [f32; OWN],
+    m: Matrix<OWN, i32>,
+    right: [i64; OWN],
     /// Rows: the conic's terms; columns: what is shared.
-    pub cross: [[f32; SHARED]; OWN],
-    /// What moving each edge point by itself would take from the squares.
-    scatter: f32,
-    /// Inverse variances of the edge points for a unit variance of the samples, 1/px^2, and their number.
-    information: f32,
+    cross: [[i32; SHARED]; OWN],
+    /// Of the crossings: squared products of the residuals with the change by the place of the edge, and squares of that.
+    residuals: i64,
+    squares: i64,
+    /// Inverse variances of the edge points, and their number.
+    information: i64,
     pub points: u16,
 }
 
 impl Block {
     #[inline]
-    fn add(&mut self, told: &Told, model: &Model) {
-        let Told { terms, reach, by_place, sums, .. } = told;
-        let unit = reach * by_place;
-        let (square, right) = (unit * unit * sums.pp, unit * sums.pr);
-        let [dark, bright, x, y] = told.with_levels(model, unit * sums.p, unit * sums.lp);
-        let blur = unit * model.contrast() * told.light * sums.bp;
+    fn add(&mut self, view: &View<'_>, here: &Here, sums: &Sums) {
+        let (u, v) = view.direction();
+        let terms = [scale(u, u) - scale(v, v), 2 * scale(u, v), ONE, u, v];
+        let unit = scale(view.reach(), here.light).min(MOST);
+        let (pp, lp) = (sums.pp >> 14, sums.lp >> 14);
+        let square = scale(scale(unit, unit), pp);
+        let right = wide(sums.pr, unit, 14);
+        let [dark, bright, x, y] = here.with_levels(scale(sums.p, unit), scale(lp, unit));
+        let blur = scale(scale(sums.bp >> 14, unit), here.light);
         let shared = [dark, bright, x, y, blur];
         for i in 0..OWN {
-            let weighted = square * terms[i];
+            let weighted = scale(square, terms[i]);
             for j in 0..=i {
-                self.m[i][j] += weighted * terms[j];
+                self.m[i][j] += scale(weighted, terms[j]);
             }
-            self.right[i] += right * terms[i];
+            self.right[i] += i64::from(right) * i64::from(terms[i]);
             for j in 0..SHARED {
-                self.cross[i][j] += terms[i] * shared[j];
+                self.cross[i][j] += scale(terms[i], shared[j]);
             }
         }
-        if sums.pp > 0.0 {
-            self.scatter += sums.pr * sums.pr / sums.pp;
-        }
-        self.information += by_place * by_place * sums.pp;
+        let residual = i64::from(sums.pr >> 8);
+        self.residuals += residual * residual;
+        self.squares += i64::from(pp);
+        self.information += i64::from(scale(scale(here.light, here.light), pp));
         self.points = self.points.saturating_add(1);
     }
 }
@@ -97,109 +158,137 @@ impl Block {
 /// All of them.
 #[derive(Clone, Debug)]
 pub(super) struct Arrow {
-    pub blocks: Vec<Block, MAX_CIRCLES>,
-    pub shared: Matrix<SHARED>,
-    pub right: [f32; SHARED],
+    blocks: Vec<Block, MAX_CIRCLES>,
+    shared: Matrix<SHARED, i64>,
+    right: [i64; SHARED],
     /// Squared residuals of the samples, and their number.
-    pub squares: f32,
-    samples: f32,
+    squares: i64,
+    samples: i32,
 }
 
 impl Arrow {
     pub fn new(model: &Model) -> Self {
-        let mut shared = [[0.0; SHARED]; SHARED];
-        for (i, weight) in model.prior().into_iter().enumerate() {
-            shared[i][i] = weight;
-        }
         let blocks = list(model.outlines.iter().map(|_| Block::default()));
-        Self { blocks, shared, right: [0.0; SHARED], squares: 0.0, samples: 0.0 }
+        Self { blocks, shared: [[0; SHARED]; SHARED], right: [0; SHARED], squares: 0, samples: 0 }
     }
 
     /// Adds a crossing of outline `k`.
     #[inline]
-    pub fn add(&mut self, k: usize, told: &Told, model: &Model) {
+    pub fn add(&mut self, k: usize, view: &View<'_>, s: &Sums, scene: &Scene<'_>) {
+        let here = Here { light: view.light(), place: view.place(0), dark: scene.dark, bright: scene.bright };
         if let Some(block) = self.blocks.get_mut(k) {
-            block.add(told, model);
+            block.add(view, &here, s);
         }
-        let s = &told.sums;
-        let [dark_dark, dark_bright, dark_x, dark_y] = told.with_levels(model, s.n - s.l, s.l - s.ll);
-        let [_, bright_bright, bright_x, bright_y] = told.with_levels(model, s.l, s.ll);
-        let (light, (x, y)) = (told.light, told.place);
-        let mixed =
-            (model.dark * dark_x + model.bright * bright_x, model.dark * dark_y + model.bright * bright_y);
-        let by_blur = model.contrast() * light;
-        let [blur_dark, blur_bright, blur_x, blur_y] = told.with_levels(model, by_blur * s.b, by_blur * s.lb);
+        // A quarter of the unit, which leaves room for all samples.
+        let (n, l, ll) = (s.n << 12, s.l >> 2, s.ll >> 16);
+        let (b, lb, bb) = (s.b >> 2, s.lb >> 16, s.bb >> 16);
+        let (light, Place { x, y }) = (here.light, here.place);
+        let [dark_dark, dark_bright, dark_x, dark_y] = here.with_levels(n - l, l - ll);
+        let [_, bright_bright, bright_x, bright_y] = here.with_levels(l, ll);
+        let mixed = |dark: i32, bright: i32| scale(dark, here.dark) + scale(bright, here.bright);
+        let (mixed_x, mixed_y) = (mixed(dark_x, bright_x), mixed(dark_y, bright_y));
+        let [blur_dark, blur_bright, blur_x, blur_y] = here.with_levels(scale(b, light), scale(lb, light));
         let rows = [
-            [light * dark_dark, 0.0, 0.0, 0.0, 0.0],
-            [light * dark_bright, light * bright_bright, 0.0, 0.0, 0.0],
-            [light * dark_x, light * bright_x, x * mixed.0, 0.0, 0.0],
-            [light * dark_y, light * bright_y, y * mixed.0, y * mixed.1, 0.0],
-            [blur_dark, blur_bright, blur_x, blur_y, by_blur * by_blur * s.bb],
+            [scale(light, dark_dark), 0, 0, 0, 0],
+            [scale(light, dark_bright), scale(light, bright_bright), 0, 0, 0],
+            [scale(light, dark_x), scale(light, bright_x), scale(x, mixed_x), 0, 0],
+            [scale(light, dark_y), scale(light, bright_y), scale(y, mixed_x), scale(y, mixed_y), 0],
+            [blur_dark, blur_bright, blur_x, blur_y, scale(scale(bb, light), light)],
         ];
         for i in 0..SHARED {
             for j in 0..=i {
-                self.shared[i][j] += rows[i][j];
+                self.shared[i][j] += i64::from(rows[i][j]);
             }
         }
-        let [dark, bright, by_x, by_y] = told.with_levels(model, s.r, s.lr);
-        for (right, sum) in self.right.iter_mut().zip([dark, bright, by_x, by_y, by_blur * s.br]) {
+        let [dark, bright, by_x, by_y] = here.with_levels_wide(s.r << 14, s.lr);
+        let blur = i64::from(s.br) * i64::from(light);
+        for (right, sum) in self.right.iter_mut().zip([dark, bright, by_x, by_y, blur]) {
             *right += sum;
         }
-        self.squares += s.rr;
+        self.squares += i64::from(s.rr);
         self.samples += s.n;
     }
 
-    /// Adds a far stretch, whose level is `residual` beyond that of the model, which has the derivatives `terms` by dark, bright
-    /// and the light's slopes.
-    pub fn add_far(&mut self, far: &Far, terms: [f32; 4], residual: f32) {
-        for i in 0..terms.len() {
-            let weighted = far.pixels * terms[i];
-            for j in 0..=i {
-                self.shared[i][j] += weighted * terms[j];
+    /// Adds a far stretch. What little it has of the other level counts for its residual only.
+    pub fn add_far(&mut self, far: &Far) {
+        let level = usize::from(far.bright);
+        let terms = [far.light, scale(far.mixed, far.place.x), scale(far.mixed, far.place.y)];
+        for (i, at) in [level, 2, 3].into_iter().enumerate() {
+            for (j, to) in [level, 2, 3].into_iter().enumerate().take(i + 1) {
+                self.shared[at][to] += i64::from(scale(terms[i], terms[j]) >> 2) << far.log;
             }
-            self.right[i] += weighted * residual;
+            self.right[at] += i64::from(terms[i] * far.residual) << (14 + far.log);
         }
-        self.squares += far.pixels * residual * residual;
-        self.samples += 1.0;
+        self.squares += i64::from(far.residual * far.residual) << far.log;
+        self.samples += 1;
     }
 
     /// `None` where the crossings do not determine the unknowns.
-    pub fn solve(&self) -> Option<Solved> {
-        let (mut rest, mut right) = (self.shared, self.right);
+    pub fn solve(&self, scene: &Scene<'_>, size: f32) -> Option<Solved> {
+        let model = scene.model();
+        let contrast = model.contrast();
+        let slope = LEVELS * scene.unit / size;
+        // Derivatives by what is shared, in the units of the sums.
+        let units = [1.0, 1.0, slope, slope, contrast];
+        let mut rest = [[0.0; SHARED]; SHARED];
+        for (i, weight) in model.prior().into_iter().enumerate() {
+            for j in 0..=i {
+                rest[i][j] = units[i] * units[j] / SHARED_ONE * self.shared[i][j] as f32;
+            }
+            rest[i][i] += weight;
+        }
+        let all_right: [f32; SHARED] = core::array::from_fn(|i| units[i] / RIGHT_ONE * self.right[i] as f32);
+        let mut right = all_right;
         let mut parts = Vec::<Part, MAX_CIRCLES>::new();
-        for block in &self.blocks {
-            let factor = Factor::new(&block.m)?;
-            let own = factor.solve(block.right);
-            let by_shared: [[f32; OWN]; SHARED] =
-                core::array::from_fn(|j| factor.solve(core::array::from_fn(|i| block.cross[i][j])));
+        for (block, outline) in self.blocks.iter().zip(&model.outlines) {
+            let (a, _) = outline.shape.semi_axes();
+            let by_place = outline.inside * contrast / model.blur;
+            let unit = -0.5 * a * by_place;
+            let by_unit = unit * unit / OWN_ONE;
+            let factor = Factor::new(&block.m.map(|row| row.map(|entry| by_unit * entry as f32)))?;
+            let own_right = block.right.map(|sum| unit / RIGHT_ONE * sum as f32);
+            let own = factor.solve(own_right);
+            let crosses: [[f32; OWN]; SHARED] = core::array::from_fn(|j| {
+                core::array::from_fn(|i| unit / OWN_ONE * units[j] * block.cross[i][j] as f32)
+            });
+            let by_shared = crosses.map(|cross| factor.solve(cross));
             for i in 0..SHARED {
-                for k in 0..OWN {
-                    right[i] -= block.cross[k][i] * own[k];
-                    for j in 0..=i {
-                        rest[i][j] -= block.cross[k][i] * by_shared[j][k];
-                    }
+                right[i] -= dot(&crosses[i], &own);
+                for j in 0..=i {
+                    rest[i][j] -= dot(&crosses[i], &by_shared[j]);
                 }
             }
-            parts.push(Part { factor, by_shared, own, scatter: 0.0, mean_square: 0.0 }).ok()?;
+            // As if every crossing told as much of its place as they do on average.
+            let squares = (block.squares as f32).max(1.0) / f32::from(block.points);
+            let scatter = block.residuals as f32 * (ONE as f32 / (SQUARE_ONE * 4096.0 * 4096.0)) / squares;
+            let information = by_place * by_place / OWN_ONE * block.information as f32;
+            parts
+                .push(Part {
+                    factor,
+                    by_shared,
+                    own,
+                    right: own_right,
+                    scatter,
+                    information,
+                    points: block.points,
+                })
+                .ok()?;
         }
         let factor = Factor::new(&rest)?;
         let shared = factor.solve(right);
-        let mut gain = dot(&shared, &self.right);
-        for (part, block) in parts.iter_mut().zip(&self.blocks) {
+        let mut gain = dot(&shared, &all_right);
+        for part in &mut parts {
             for j in 0..SHARED {
                 for k in 0..OWN {
                     part.own[k] -= part.by_shared[j][k] * shared[j];
                 }
             }
-            let taken = dot(&part.own, &block.right);
+            let taken = dot(&part.own, &part.right);
             gain += taken;
-            let free = f32::from(block.points) - OWN as f32;
-            let scatter = (block.scatter - taken).max(0.0);
-            part.scatter = scatter / free.max(1.0);
-            part.mean_square = scatter / block.information;
+            part.scatter = (part.scatter - taken).max(0.0);
         }
-        let free = self.samples - (OWN * self.blocks.len() + SHARED) as f32;
-        let variance = (self.squares - gain).max(0.0) / free.max(1.0);
+        let free = (self.samples - (OWN * self.blocks.len() + SHARED) as i32).max(1);
+        let variance = (self.squares as f32 / SQUARE_ONE - gain).max(0.0) / free as f32;
         Some(Solved { parts, shared, variance, factor })
     }
 }
@@ -214,9 +303,12 @@ struct Part {
     /// How its terms go with what is shared, negative.
     by_shared: [[f32; OWN]; SHARED],
     own: [f32; OWN],
-    /// Variance of a sample that the scatter of its edge points about the ellipse tells.
+    right: [f32; OWN],
+    /// What moving each edge point by itself would take from the squares.
     scatter: f32,
-    mean_square: f32,
+    /// Inverse variances of the edge points for a unit variance of the samples, 1/px^2, and their number.
+    information: f32,
+    points: u16,
 }
 
 /// The solution.
@@ -235,12 +327,17 @@ impl Solved {
 
     /// Variance of a sample that the scatter of the edge points of outline `k` about its ellipse tells.
     pub fn scatter(&self, k: usize) -> Option<f32> {
-        self.parts.get(k).map(|part| part.scatter)
+        self.parts.get(k).map(|part| part.scatter / (f32::from(part.points) - OWN as f32).max(1.0))
     }
 
     /// Mean square distance of the edge points of outline `k` from its ellipse after the step, each with its weight, px^2.
     pub fn mean_square(&self, k: usize) -> Option<f32> {
-        self.parts.get(k).map(|part| part.mean_square)
+        self.parts.get(k).map(|part| part.scatter / part.information)
+    }
+
+    /// Edge points of outline `k`.
+    pub fn points(&self, k: usize) -> Option<u16> {
+        self.parts.get(k).map(|part| part.points)
     }
 
     /// Covariances of outline `k` for a unit variance of the samples.
