@@ -52,24 +52,25 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Adds a sample.
+    /// Adds samples.
     #[inline]
-    pub fn add(&mut self, l: i32, b: i32, p: i32, r: i32) {
-        self.n += 1;
-        self.l += l;
-        self.ll += l * l;
-        self.b += b;
-        self.lb += b * l;
-        self.bb += b * b;
-        self.p += p;
-        self.lp += p * l;
-        self.bp += p * b;
-        self.pp += p * p;
-        self.r += r;
-        self.lr += r * l;
-        self.br += r * b;
-        self.pr += r * p;
-        self.rr += r * r;
+    pub fn add<const N: usize>(&mut self, l: &[i32; N], b: &[i32; N], p: &[i32; N], r: &[i32; N]) {
+        let total = |a: &[i32; N]| a.iter().sum::<i32>();
+        let product = |a: &[i32; N], b: &[i32; N]| a.iter().zip(b).map(|(a, b)| a * b).sum::<i32>();
+        self.l += total(l);
+        self.ll += product(l, l);
+        self.b += total(b);
+        self.lb += product(b, l);
+        self.bb += product(b, b);
+        self.p += total(p);
+        self.lp += product(p, l);
+        self.bp += product(p, b);
+        self.pp += product(p, p);
+        self.r += total(r);
+        self.lr += product(r, l);
+        self.br += product(r, b);
+        self.pr += product(r, p);
+        self.rr += product(r, r);
     }
 }
 
@@ -175,7 +176,7 @@ impl Arrow {
     /// Adds a crossing of outline `k`.
     #[inline]
     pub fn add(&mut self, k: usize, view: &View<'_>, s: &Sums, scene: &Scene<'_>) {
-        let here = Here { light: view.light(), place: view.place(0), dark: scene.dark, bright: scene.bright };
+        let here = Here { light: view.light(), place: view.place(), dark: scene.dark, bright: scene.bright };
         if let Some(block) = self.blocks.get_mut(k) {
             block.add(view, &here, s);
         }
@@ -211,14 +212,28 @@ impl Arrow {
 
     /// Adds a far stretch. What little it has of the other level counts for its residual only.
     pub fn add_far(&mut self, far: &Far) {
-        let level = usize::from(far.bright);
-        let terms = [far.light, scale(far.mixed, far.place.x), scale(far.mixed, far.place.y)];
-        for (i, at) in [level, 2, 3].into_iter().enumerate() {
-            for (j, to) in [level, 2, 3].into_iter().enumerate().take(i + 1) {
-                self.shared[at][to] += i64::from(scale(terms[i], terms[j]) >> 2) << far.log;
-            }
-            self.right[at] += i64::from(terms[i] * far.residual) << (14 + far.log);
-        }
+        let pixels = 1 << far.log;
+        let (light, x, y) = (far.light, scale(far.mixed, far.place.x), scale(far.mixed, far.place.y));
+        let square = |a: i32, b: i32| i64::from((scale(a, b) >> 2) * pixels);
+        let residual = far.residual * pixels;
+        let product = |a: i32| i64::from(a) * i64::from(residual << 11) << 3;
+        let [[dark, ..], [_, bright, ..], [x_dark, x_bright, xx, ..], [y_dark, y_bright, yx, yy, _], _] =
+            &mut self.shared;
+        let [right_dark, right_bright, right_x, right_y, _] = &mut self.right;
+        let (level, x_level, y_level, right) = if far.bright {
+            (bright, x_bright, y_bright, right_bright)
+        } else {
+            (dark, x_dark, y_dark, right_dark)
+        };
+        *level += square(light, light);
+        *x_level += square(x, light);
+        *y_level += square(y, light);
+        *xx += square(x, x);
+        *yx += square(y, x);
+        *yy += square(y, y);
+        *right += product(light);
+        *right_x += product(x);
+        *right_y += product(y);
         self.squares += i64::from(far.residual * far.residual) << far.log;
         self.samples += 1;
     }

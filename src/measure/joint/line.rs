@@ -51,12 +51,13 @@ impl Passage {
         let mut along = start(self.cosines.0, self.change.0);
         let mut across = start(self.cosines.1, self.change.1);
         let outwards = self.cosines.0 > 0;
-        core::array::from_fn(|_| {
-            let owned = along.abs() >= across.abs() && (along > 0) == outwards;
+        let mut owns = [false; N];
+        for own in &mut owns {
+            *own = along.abs() >= across.abs() && (along > 0) == outwards;
             along += self.change.0;
             across += self.change.1;
-            owned
-        })
+        }
+        owns
     }
 }
 

@@ -223,16 +223,15 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
 impl Pass {
     #[inline]
     fn add_far(&mut self, view: &View<'_>, gate: &Gate) {
-        let (far, clipped) = view.far();
-        self.clipped += u32::from(clipped);
-        for far in far.into_iter().flatten() {
+        let clipped = view.far(|far| {
             self.far += 1;
             if gate.far.get(far.log as usize).is_none_or(|&limit| far.residual.abs() > limit) {
                 self.strange += 1;
             } else {
                 self.arrow.add_far(&far);
             }
-        }
+        });
+        self.clipped += u32::from(clipped);
     }
 
     /// Whether nothing disturbs the target.

@@ -7,7 +7,7 @@ use super::line::Passage;
 use super::scene::{Scene, Track};
 use crate::edge::normal_fixed;
 use crate::measure::Origin;
-use crate::scan::{Axis, Crossing, NEAR, Stretch};
+use crate::scan::{Axis, Crossing, NEAR};
 
 /// Farthest that a crossing may lie from its outline's ellipse, px.
 const MAX_DISTANCE: i32 = 2 * PX;
@@ -22,6 +22,10 @@ const FAR: i32 = 7 * PX / 2;
 const TAIL: i32 = ONE * 2 / 25;
 /// ... which is over beyond this, standard deviations of the blur.
 const OVER: i32 = 7 * PX / 2;
+
+/// Light that is calculated with, for the room of its products.
+const LEAST_LIGHT: i32 = ONE / 4;
+const MOST_LIGHT: i32 = ONE * 3 / 2;
 
 /// A crossing, its edge and the model.
 pub(super) struct View<'s> {
@@ -112,18 +116,9 @@ impl<'s> View<'s> {
             bend: if track.dark_inside { passage.bend } else { -passage.bend },
             passage,
             sign: if rising { 1 } else { -1 },
-            light: light.clamp(ONE / 4, ONE * 3 / 2),
+            light: light.clamp(LEAST_LIGHT, MOST_LIGHT),
             slope: slope.0,
         })
-    }
-
-    /// Distance towards light of the place `at`, and half the curvature there, positive where the edge bends away from light.
-    #[inline]
-    fn depth(&self, at: i32) -> (i32, i32) {
-        match &self.exact {
-            Some(exact) if self.scene.tight => exact.depth(self.track.outline, at),
-            _ => (self.depth_of_circle(at), self.bend),
-        }
     }
 
     /// The distance from the circle that fits the edge where the axis passes it: its series to the third order.
@@ -135,61 +130,81 @@ impl<'s> View<'s> {
         scale(q, ONE - scale(bent, ONE - 2 * bent))
     }
 
-    /// Light at the place `at`, px / 2 from the middle on the axis.
-    #[inline]
-    fn light_at(&self, at: i32) -> i32 {
-        (self.light + ((self.slope * at) >> 7)).clamp(ONE / 4, ONE * 3 / 2)
-    }
-
     /// The near samples; `None` if none of them counts here.
     #[inline]
     pub fn samples(&self) -> Option<Samples> {
-        let owns: [bool; NEAR] = self.passage.owns(FIRST);
-        let mut samples = Samples { sums: Sums::default(), misfit: 0, excess: 0 };
-        for i in 0..NEAR {
-            if owns[i] {
-                self.add_sample(i, &mut samples);
+        let scene = self.scene;
+        let mut own: [bool; NEAR] = self.passage.owns(FIRST);
+        let (mut depths, mut leads) = ([0; NEAR], [scene.lead(self.bend); NEAR]);
+        if let Some(exact) = self.exact.as_ref().filter(|_| scene.tight) {
+            for i in 0..NEAR {
+                if own[i] {
+                    let (depth, bend) = exact.depth(self.track.outline, near_place(i));
+                    (depths[i], leads[i]) = (depth, scene.lead(bend));
+                }
+            }
+        } else {
+            for i in 0..NEAR {
+                depths[i] = self.depth_of_circle(near_place(i));
             }
         }
-        (samples.sums.n > 0).then_some(samples)
+        let (mut lightness, mut by_blur, mut by_place) = ([0; NEAR], [0; NEAR], [0; NEAR]);
+        for i in 0..NEAR {
+            let z = scene.deviations(depths[i]);
+            (lightness[i], by_place[i]) = normal_fixed(z + leads[i]);
+            by_blur[i] = (by_place[i] * (leads[i] - z)) >> 12;
+        }
+        if let Some(exact) = self.exact.as_ref().filter(|_| scene.overlapping) {
+            for i in 0..NEAR {
+                if own[i] {
+                    own[i] = self.add_next(exact, i, depths[i], (&mut lightness[i], &mut by_blur[i]));
+                }
+            }
+        }
+        let mut samples = Samples { sums: Sums::default(), misfit: 0, excess: 0 };
+        let mut residuals = [0; NEAR];
+        let mut light = self.light - ((self.slope * 5) >> 7);
+        for i in 0..NEAR {
+            let level = scale(scene.mixed(lightness[i]), light);
+            light += self.slope >> 6;
+            if own[i] && scene.is_told(level) {
+                residuals[i] = i32::from(self.crossing.near[i]) * GREY - level;
+                samples.misfit = samples.misfit.max(residuals[i].abs());
+                samples.sums.n += 1;
+            } else {
+                (lightness[i], by_blur[i], by_place[i]) = (0, 0, 0);
+            }
+        }
+        if samples.sums.n == 0 {
+            return None;
+        }
+        samples.excess = residuals[1] + residuals[NEAR - 2];
+        samples.sums.add(&lightness, &by_blur, &by_place, &residuals);
+        Some(samples)
     }
 
-    #[inline]
-    fn add_sample(&self, i: usize, samples: &mut Samples) {
+    /// Adds what the edges beside this one give to a sample: light of the dark area beyond, and dark of the light area beyond. Gives
+    /// whether this edge is the nearest one.
+    fn add_next(
+        &self,
+        exact: &exact::Place,
+        i: usize,
+        depth: i32,
+        (lightness, by_blur): (&mut i32, &mut i32),
+    ) -> bool {
         let scene = self.scene;
-        let at = FIRST + i as i32 * PX;
-        let (depth, bend) = self.depth(at);
-        let (z, lead) = (scene.deviations(depth), scene.lead(bend));
-        let (mut lightness, by_place) = normal_fixed(z + lead);
-        let mut by_blur = (by_place * (lead - z)) >> 12;
-        if let Some(exact) = &self.exact
-            && scene.overlapping
-        {
-            // Light of the dark area beyond the edges beside this one, and dark of the light area beyond. What is nearer to them
-            // is theirs.
-            for (next, beyond) in self.track.near.into_iter().zip([-ONE, 0]) {
-                let Some(next) = scene.outline(next) else { continue };
-                let (other, bend) = exact.depth(next, at);
-                if other.abs() <= depth.abs() {
-                    return;
-                }
-                let (z, lead) = (scene.deviations(other), scene.lead(bend));
-                let (share, density) = normal_fixed(z + lead);
-                lightness += share + beyond;
-                by_blur += (density * (lead - z)) >> 12;
-            }
-            lightness = lightness.clamp(-ONE / 8, ONE + ONE / 8);
+        let mut nearest = true;
+        for (next, beyond) in self.track.near.into_iter().zip([-ONE, 0]) {
+            let Some(next) = scene.outline(next) else { continue };
+            let (other, bend) = exact.depth(next, near_place(i));
+            let (z, lead) = (scene.deviations(other), scene.lead(bend));
+            let (share, density) = normal_fixed(z + lead);
+            *lightness += share + beyond;
+            *by_blur += (density * (lead - z)) >> 12;
+            nearest &= other.abs() > depth.abs();
         }
-        let level = scale(scene.mixed(lightness), self.light_at(2 * i as i32 - 5));
-        if !scene.is_told(level) {
-            return;
-        }
-        let residual = i32::from(self.crossing.near[i]) * GREY - level;
-        samples.misfit = samples.misfit.max(residual.abs());
-        if i == 1 || i == NEAR - 2 {
-            samples.excess += residual;
-        }
-        samples.sums.add(lightness, by_blur, by_place, residual);
+        *lightness = (*lightness).clamp(-ONE / 8, ONE + ONE / 8);
+        nearest
     }
 
     /// Where the axis passes the edge, in the frame where that is the unit circle.
@@ -205,50 +220,76 @@ impl<'s> View<'s> {
         self.light
     }
 
-    /// The place `at`, px / 2 from the middle on the axis.
-    pub fn place(&self, at: i32) -> Place {
-        let unit = |place: i32| self.scene.place(place);
-        let (along, across) = (unit(self.middle.0 + at), unit(self.middle.1));
+    /// The middle between its inner samples.
+    pub fn place(&self) -> Place {
+        self.place_at(0)
+    }
+
+    /// The place `at`, px / 2 from that on the axis.
+    #[inline]
+    fn place_at(&self, at: i32) -> Place {
+        let (along, across) = (self.scene.place(self.middle.0 + at), self.scene.place(self.middle.1));
         if self.axis == Axis::Row { Place { x: along, y: across } } else { Place { x: across, y: along } }
     }
 
-    /// The far stretches before and after the near samples, where they tell the levels; and whether one is clipped.
-    pub fn far(&self) -> ([Option<Far>; 2], bool) {
-        let [before, after] = self.crossing.far();
-        let level = |stretch: Stretch| {
+    /// Calls `told` with the far stretches before and after the near samples, where they tell the levels. Gives whether one is
+    /// clipped.
+    #[inline]
+    pub fn far(&self, mut told: impl FnMut(Far)) -> bool {
+        let scene = self.scene;
+        let mut clipped = false;
+        for (side, stretch) in [-1, 1].into_iter().zip(self.crossing.far()) {
             let (log, sum) = stretch.sum();
-            (log, (i32::from(sum) * GREY) >> log)
-        };
-        let (before, after) = (level(before), level(after));
-        let told = |level: i32| self.scene.is_told(level);
-        let far =
-            |side, stretch: (u32, i32)| if told(stretch.1) { self.stretch(side, stretch) } else { None };
-        ([far(-1, before), far(1, after)], !told(before.1) || !told(after.1))
+            let level = (i32::from(sum) * GREY) >> log;
+            if !scene.is_told(level) {
+                clipped = true;
+                continue;
+            }
+            let bright = side == self.sign;
+            let tail = self.tail(side, bright, log);
+            if tail >= TAIL || !self.is_clear(side, bright, log) {
+                continue;
+            }
+            let mixed = scene.mixed(if bright { ONE - tail } else { tail });
+            // Its middle, px / 2.
+            let at = side * (6 + (1 << log));
+            let light = (self.light + ((self.slope * at) >> 7)).clamp(LEAST_LIGHT, MOST_LIGHT);
+            let residual = level - scale(mixed, light);
+            told(Far { log, bright, mixed, residual, light, place: self.place_at(at) });
+        }
+        clipped
     }
 
-    fn stretch(&self, side: i32, (log, level): (u32, i32)) -> Option<Far> {
+    /// Share that a far stretch has of the edge.
+    #[inline]
+    fn tail(&self, side: i32, bright: bool, log: u32) -> i32 {
         let scene = self.scene;
-        let bright = side == self.sign;
-        let (depth, bend) = self.depth(side * FAR);
+        let (depth, bend) = match &self.exact {
+            Some(exact) if scene.tight => exact.depth(self.track.outline, side * FAR),
+            _ => (self.depth_of_circle(side * FAR), self.bend),
+        };
         let z = scene.deviations(depth) + scene.lead(bend);
         let z = if bright { -z } else { z };
-        let along = scene.deviations(self.passage.cosines.0.abs()) >> 2;
-        let tail = if z > -OVER { mean_tail(z, along, log) } else { 0 };
-        // Outwards only the next edge can be near, and that at the end; inwards the next edge or the other side of this one.
-        let inwards = bright != self.track.dark_inside;
-        // In px / 4.
-        let last = 2 * self.middle.0 + side * (14 + 4 * ((1 << log) - 1));
-        let first = 2 * self.middle.0 + side * 14;
-        if tail >= TAIL || !self.track.is_clear(self.axis, inwards, (first, last), 2 * self.middle.1) {
-            return None;
+        if z <= -OVER {
+            return 0;
         }
-        let mixed = scene.mixed(if bright { ONE - tail } else { tail });
-        // Its middle, px / 2.
-        let at = side * (7 + (1 << log) - 1);
-        let light = self.light_at(at);
-        let residual = level - scale(mixed, light);
-        Some(Far { log, bright, mixed, residual, light, place: self.place(at) })
+        mean_tail(z, scene.deviations(self.passage.cosines.0.abs()) >> 2, log)
     }
+
+    /// Whether a far stretch is clear of the other edges, and of the other side of this one.
+    #[inline]
+    fn is_clear(&self, side: i32, bright: bool, log: u32) -> bool {
+        // In px / 4.
+        let first = 2 * self.middle.0 + side * 14;
+        let last = first + side * (4 << log) - 4 * side;
+        let inwards = bright != self.track.dark_inside;
+        self.track.is_clear(self.axis, inwards, (first, last), 2 * self.middle.1)
+    }
+}
+
+/// Place of a near sample on the axis, px from the middle.
+fn near_place(i: usize) -> i32 {
+    FIRST + i as i32 * PX
 }
 
 /// Mean share of the step over a stretch of pixels, the first of which is at `z` standard deviations, below 0, and which lead away
