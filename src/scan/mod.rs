@@ -20,7 +20,9 @@ mod strips;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, NEAR, Pool, Stretch};
+#[cfg(test)]
+pub(crate) use crossings::Stretch;
+pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, NEAR, Pool};
 pub(crate) use outlines::{Moments, NONE, Outline, Outlines};
 use rows::BLOCK_ROWS;
 pub(crate) use rows::{KEPT_BLOCKS, Rows};

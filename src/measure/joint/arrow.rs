@@ -3,7 +3,7 @@
 //! In the units of the sums, a unit of an outline's terms moves its edge by half its semi-major axis, the light's slopes are those
 //! over [`Scene::unit`] with 256 grey levels, and the logarithm of the blur changes levels by the contrast.
 
-use super::fixed::{GREY, ONE, scale, wide};
+use super::fixed::{GREY, ONE, scale, unit, wide};
 use super::scene::Scene;
 use super::view::{Far, View};
 use crate::appearance::{Model, OWN, SHARED, Spread, Step};
@@ -14,17 +14,18 @@ use heapless::Vec;
 
 /// Grey levels of one in the units of the sums.
 const LEVELS: f32 = 256.0;
-/// What is one in the sums: of products of terms, of those of what is shared, and of these with residuals.
-const OWN_ONE: f32 = ONE as f32;
-const SHARED_ONE: f32 = (ONE / 4) as f32;
-const RIGHT_ONE: f32 = ONE as f32 * ONE as f32 * GREY as f32;
+/// What is one in the sums: of products of derivatives, of those of the terms with residuals, of those of what is shared with these,
+/// and of squared residuals.
+const SUM_ONE: f32 = (1 << SUM_BITS) as f32;
+const OWN_RIGHT_ONE: f32 = ONE as f32 * ONE as f32 * GREY as f32;
+const RIGHT_ONE: f32 = (1 << RIGHT_BITS) as f32 * ONE as f32;
 const SQUARE_ONE: f32 = (GREY * GREY) as f32;
 
 /// Most that a crossing may weigh, for the room of its products.
 const MOST: i32 = ONE * 3 / 2;
 
 /// A place in units of [`Scene::unit`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Place {
     pub x: i32,
     pub y: i32,
@@ -74,7 +75,55 @@ impl Sums {
     }
 }
 
-/// The model where a crossing is.
+/// What the crossings of one part of an outline tell together: all but where exactly the edge is.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Part {
+    /// Number of crossings, and sums of what they see.
+    crossings: i32,
+    direction: (i32, i32),
+    place: Place,
+    light: i32,
+    reach: i32,
+    sums: Sums,
+}
+
+/// Parts of an outline.
+pub(super) const PARTS: usize = 16;
+
+impl Part {
+    /// The sums with fewer bits, so that there is room for those of all crossings.
+    #[inline]
+    fn add(&mut self, view: &View<'_>, sums: &Sums) {
+        self.crossings += 1;
+        self.direction.0 += view.direction().0;
+        self.direction.1 += view.direction().1;
+        self.place.x += view.place().x;
+        self.place.y += view.place().y;
+        self.light += view.light();
+        self.reach += view.reach();
+        let own = &mut self.sums;
+        own.n += sums.n << SUM_BITS;
+        own.l += sums.l >> (14 - SUM_BITS);
+        own.ll += sums.ll >> (28 - SUM_BITS);
+        own.b += sums.b >> (14 - SUM_BITS);
+        own.lb += sums.lb >> (28 - SUM_BITS);
+        own.bb += sums.bb >> (28 - SUM_BITS);
+        own.p += sums.p >> (14 - SUM_BITS);
+        own.lp += sums.lp >> (28 - SUM_BITS);
+        own.bp += sums.bp >> (28 - SUM_BITS);
+        own.pp += sums.pp >> (28 - SUM_BITS);
+        own.r += sums.r << (RIGHT_BITS - 6);
+        own.lr += sums.lr >> (20 - RIGHT_BITS);
+        own.br += sums.br >> (20 - RIGHT_BITS);
+    }
+}
+
+/// Bits of the sums of a part.
+const SUM_BITS: u32 = 12;
+/// The same of those with residuals.
+const RIGHT_BITS: u32 = 10;
+
+/// The model where the crossings of a part are, on average.
 struct Here {
     light: i32,
     place: Place,
@@ -87,7 +136,7 @@ impl Here {
     #[inline]
     fn with_levels(&self, sum: i32, with_lightness: i32) -> [i32; 4] {
         let (dark, bright) = (sum - with_lightness, with_lightness);
-        let mixed = scale(dark, self.dark) + scale(bright, self.bright);
+        let mixed = self.mixed(dark, bright);
         [
             scale(dark, self.light),
             scale(bright, self.light),
@@ -96,8 +145,11 @@ impl Here {
         ]
     }
 
+    fn mixed(&self, dark: i32, bright: i32) -> i32 {
+        scale(dark, self.dark) + scale(bright, self.bright)
+    }
+
     /// The same of a quantity with more bits.
-    #[inline]
     fn with_levels_wide(&self, sum: i32, with_lightness: i32) -> [i64; 4] {
         let (dark, bright) = (sum - with_lightness, with_lightness);
         let mixed = wide(dark, self.dark, 14) + wide(bright, self.bright, 14);
@@ -111,6 +163,12 @@ impl Here {
     }
 }
 
+/// Derivatives of the conic by its terms at a place in the frame where it is the unit circle.
+#[inline]
+fn terms((u, v): (i32, i32)) -> [i32; OWN] {
+    [scale(u, u) - scale(v, v), 2 * scale(u, v), ONE, u, v]
+}
+
 /// An outline's part.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Block {
@@ -120,39 +178,85 @@ pub(super) struct Block {
     cross: [[i32; SHARED]; OWN],
     /// Of the crossings: squared products of the residuals with the change by the place of the edge, and squares of that.
     residuals: i64,
-    squares: i64,
+    squares: i32,
     /// Inverse variances of the edge points, and their number.
-    information: i64,
-    pub points: u16,
+    information: i32,
+    points: u16,
 }
 
 impl Block {
     #[inline]
-    fn add(&mut self, view: &View<'_>, here: &Here, sums: &Sums) {
-        let (u, v) = view.direction();
-        let terms = [scale(u, u) - scale(v, v), 2 * scale(u, v), ONE, u, v];
-        let unit = scale(view.reach(), here.light).min(MOST);
-        let (pp, lp) = (sums.pp >> 14, sums.lp >> 14);
+    fn add(&mut self, view: &View<'_>, sums: &Sums) {
+        let unit = scale(view.reach(), view.light()).min(MOST);
+        let right = i64::from(wide(sums.pr, unit, 14));
+        for (sum, term) in self.right.iter_mut().zip(terms(view.direction())) {
+            *sum += right * i64::from(term);
+        }
+        let residual = sums.pr >> 8;
+        self.residuals += i64::from(residual) * i64::from(residual);
+        self.points = self.points.saturating_add(1);
+    }
+
+    /// The mean of a part's crossings, for as many as have a sum of `1 << log`.
+    fn add_part(&mut self, part: &Part, here: &Here, log: u32) {
+        let Sums { p, lp, bp, pp, .. } = part.sums;
+        self.squares += pp;
+        let [p, lp, bp, pp] = [p, lp, bp, pp].map(|sum| sum >> log);
+        let terms = terms(part.direction);
+        let unit = scale(part.reach, here.light).min(MOST);
         let square = scale(scale(unit, unit), pp);
-        let right = wide(sums.pr, unit, 14);
-        let [dark, bright, x, y] = here.with_levels(scale(sums.p, unit), scale(lp, unit));
-        let blur = scale(scale(sums.bp >> 14, unit), here.light);
+        let [dark, bright, x, y] = here.with_levels(scale(p, unit), scale(lp, unit));
+        let blur = scale(scale(bp, unit), here.light);
         let shared = [dark, bright, x, y, blur];
         for i in 0..OWN {
-            let weighted = scale(square, terms[i]);
             for j in 0..=i {
-                self.m[i][j] += scale(weighted, terms[j]);
+                self.m[i][j] += scale(square, scale(terms[i], terms[j])) << log;
             }
-            self.right[i] += i64::from(right) * i64::from(terms[i]);
             for j in 0..SHARED {
-                self.cross[i][j] += scale(terms[i], shared[j]);
+                self.cross[i][j] += scale(terms[i], shared[j]) << log;
             }
         }
-        let residual = i64::from(sums.pr >> 8);
-        self.residuals += residual * residual;
-        self.squares += i64::from(pp);
-        self.information += i64::from(scale(scale(here.light, here.light), pp));
-        self.points = self.points.saturating_add(1);
+        self.information += scale(scale(here.light, here.light), pp) << log;
+    }
+}
+
+/// What the far stretches of one side tell: the sums over their pixels of the products of 1, the place, and the residual.
+#[derive(Clone, Copy, Debug, Default)]
+struct Side {
+    n: i32,
+    x: i64,
+    y: i64,
+    xx: i64,
+    xy: i64,
+    yy: i64,
+    r: i64,
+    rx: i64,
+    ry: i64,
+}
+
+/// Bits of places in these.
+const PLACE_BITS: u32 = 12;
+
+impl Side {
+    /// Equations of the level and of the light's slopes, which change the side's level by `level`, where the light has the slopes
+    /// `(gx, gy)`.
+    fn matrix(&self, level: f32, (gx, gy): (f32, f32)) -> ([[f32; 3]; 3], [f32; 3]) {
+        let one = (1 << PLACE_BITS) as f32;
+        let [x, y, rx, ry] = [self.x, self.y, self.rx, self.ry].map(|sum| sum as f32 / one);
+        let [xx, xy, yy] = [self.xx, self.xy, self.yy].map(|sum| sum as f32 / (one * one));
+        let (n, r) = (self.n as f32, self.r as f32);
+        let (lx, ly) = (x + gx * xx + gy * xy, y + gx * xy + gy * yy);
+        let square = n + gx * (x + lx) + gy * (y + ly);
+        let level_square = level * level;
+        let grey = 1.0 / GREY as f32;
+        (
+            [
+                [square, 0.0, 0.0],
+                [level * lx, level_square * xx, 0.0],
+                [level * ly, level_square * xy, level_square * yy],
+            ],
+            [grey * (r + gx * rx + gy * ry), grey * level * rx, grey * level * ry],
+        )
     }
 }
 
@@ -162,6 +266,8 @@ pub(super) struct Arrow {
     blocks: Vec<Block, MAX_CIRCLES>,
     shared: Matrix<SHARED, i64>,
     right: [i64; SHARED],
+    /// Far stretches of the dark and of the light side.
+    sides: [Side; 2],
     /// Squared residuals of the samples, and their number.
     squares: i64,
     samples: i32,
@@ -170,24 +276,51 @@ pub(super) struct Arrow {
 impl Arrow {
     pub fn new(model: &Model) -> Self {
         let blocks = list(model.outlines.iter().map(|_| Block::default()));
-        Self { blocks, shared: [[0; SHARED]; SHARED], right: [0; SHARED], squares: 0, samples: 0 }
+        Self {
+            blocks,
+            shared: [[0; SHARED]; SHARED],
+            right: [0; SHARED],
+            sides: [Side::default(); 2],
+            squares: 0,
+            samples: 0,
+        }
     }
 
-    /// Adds a crossing of outline `k`.
+    /// Adds a crossing of outline `k` that lies in `part`.
     #[inline]
-    pub fn add(&mut self, k: usize, view: &View<'_>, s: &Sums, scene: &Scene<'_>) {
-        let here = Here { light: view.light(), place: view.place(), dark: scene.dark, bright: scene.bright };
+    pub fn add(&mut self, k: usize, part: &mut Part, view: &View<'_>, sums: &Sums) {
+        part.add(view, sums);
         if let Some(block) = self.blocks.get_mut(k) {
-            block.add(view, &here, s);
+            block.add(view, sums);
         }
-        // A quarter of the unit, which leaves room for all samples.
-        let (n, l, ll) = (s.n << 12, s.l >> 2, s.ll >> 16);
-        let (b, lb, bb) = (s.b >> 2, s.lb >> 16, s.bb >> 16);
+        self.squares += i64::from(sums.rr);
+        self.samples += sums.n;
+    }
+
+    /// Adds the parts of outline `k`.
+    pub fn add_parts(&mut self, k: usize, parts: &[Part; PARTS], scene: &Scene<'_>) {
+        for part in parts.iter().filter(|part| part.crossings > 0) {
+            self.add_part(k, part, scene);
+        }
+    }
+
+    fn add_part(&mut self, k: usize, part: &Part, scene: &Scene<'_>) {
+        let count = part.crossings.max(1);
+        let mean = |sum: i32| sum / count;
+        let direction = unit((mean(part.direction.0), mean(part.direction.1)));
+        let place = Place { x: mean(part.place.x), y: mean(part.place.y) };
+        let here = Here { light: mean(part.light), place, dark: scene.dark, bright: scene.bright };
+        let part = Part { direction, reach: mean(part.reach), ..*part };
+        let log = i32::BITS - count.leading_zeros();
+        if let Some(block) = self.blocks.get_mut(k) {
+            block.add_part(&part, &here, log);
+        }
+        let Sums { n, l, ll, b, lb, bb, .. } = part.sums;
+        let [n, l, ll, b, lb, bb] = [n, l, ll, b, lb, bb].map(|sum| sum >> log);
         let (light, Place { x, y }) = (here.light, here.place);
         let [dark_dark, dark_bright, dark_x, dark_y] = here.with_levels(n - l, l - ll);
         let [_, bright_bright, bright_x, bright_y] = here.with_levels(l, ll);
-        let mixed = |dark: i32, bright: i32| scale(dark, here.dark) + scale(bright, here.bright);
-        let (mixed_x, mixed_y) = (mixed(dark_x, bright_x), mixed(dark_y, bright_y));
+        let (mixed_x, mixed_y) = (here.mixed(dark_x, bright_x), here.mixed(dark_y, bright_y));
         let [blur_dark, blur_bright, blur_x, blur_y] = here.with_levels(scale(b, light), scale(lb, light));
         let rows = [
             [scale(light, dark_dark), 0, 0, 0, 0],
@@ -198,43 +331,36 @@ impl Arrow {
         ];
         for i in 0..SHARED {
             for j in 0..=i {
-                self.shared[i][j] += i64::from(rows[i][j]);
+                self.shared[i][j] += i64::from(rows[i][j]) << log;
             }
         }
-        let [dark, bright, by_x, by_y] = here.with_levels_wide(s.r << 14, s.lr);
-        let blur = i64::from(s.br) * i64::from(light);
+        let Sums { r, lr, br, .. } = part.sums;
+        let [dark, bright, by_x, by_y] = here.with_levels_wide(r, lr);
+        let blur = i64::from(br) * i64::from(light);
         for (right, sum) in self.right.iter_mut().zip([dark, bright, by_x, by_y, blur]) {
             *right += sum;
         }
-        self.squares += i64::from(s.rr);
-        self.samples += s.n;
     }
 
     /// Adds a far stretch. What little it has of the other level counts for its residual only.
+    #[inline]
     pub fn add_far(&mut self, far: &Far) {
         let pixels = 1 << far.log;
-        let (light, x, y) = (far.light, scale(far.mixed, far.place.x), scale(far.mixed, far.place.y));
-        let square = |a: i32, b: i32| i64::from((scale(a, b) >> 2) * pixels);
-        let residual = far.residual * pixels;
-        let product = |a: i32| i64::from(a) * i64::from(residual << 11) << 3;
-        let [[dark, ..], [_, bright, ..], [x_dark, x_bright, xx, ..], [y_dark, y_bright, yx, yy, _], _] =
-            &mut self.shared;
-        let [right_dark, right_bright, right_x, right_y, _] = &mut self.right;
-        let (level, x_level, y_level, right) = if far.bright {
-            (bright, x_bright, y_bright, right_bright)
-        } else {
-            (dark, x_dark, y_dark, right_dark)
-        };
-        *level += square(light, light);
-        *x_level += square(x, light);
-        *y_level += square(y, light);
-        *xx += square(x, x);
-        *yx += square(y, x);
-        *yy += square(y, y);
-        *right += product(light);
-        *right_x += product(x);
-        *right_y += product(y);
-        self.squares += i64::from(far.residual * far.residual) << far.log;
+        let [dark, bright] = &mut self.sides;
+        let side = if far.bright { bright } else { dark };
+        let (x, y) = (far.place.x >> (14 - PLACE_BITS), far.place.y >> (14 - PLACE_BITS));
+        let (px, py, residual) = (pixels * x, pixels * y, pixels * far.residual);
+        let product = |a: i32, b: i32| i64::from(a) * i64::from(b);
+        side.n += pixels;
+        side.x += i64::from(px);
+        side.y += i64::from(py);
+        side.xx += product(px, x);
+        side.xy += product(px, y);
+        side.yy += product(py, y);
+        side.r += i64::from(residual);
+        side.rx += product(residual, x);
+        side.ry += product(residual, y);
+        self.squares += product(residual, far.residual);
         self.samples += 1;
     }
 
@@ -248,23 +374,34 @@ impl Arrow {
         let mut rest = [[0.0; SHARED]; SHARED];
         for (i, weight) in model.prior().into_iter().enumerate() {
             for j in 0..=i {
-                rest[i][j] = units[i] * units[j] / SHARED_ONE * self.shared[i][j] as f32;
+                rest[i][j] = units[i] * units[j] / SUM_ONE * self.shared[i][j] as f32;
             }
             rest[i][i] += weight;
         }
-        let all_right: [f32; SHARED] = core::array::from_fn(|i| units[i] / RIGHT_ONE * self.right[i] as f32);
+        let mut all_right: [f32; SHARED] =
+            core::array::from_fn(|i| units[i] / RIGHT_ONE * self.right[i] as f32);
+        let light = (scene.unit * model.gx, scene.unit * model.gy);
+        for (i, (side, level)) in self.sides.iter().zip([model.dark, model.bright]).enumerate() {
+            let (matrix, right) = side.matrix(level * scene.unit / size, light);
+            for (row, a) in [i, 2, 3].into_iter().enumerate() {
+                for (column, b) in [i, 2, 3].into_iter().enumerate().take(row + 1) {
+                    rest[a][b] += matrix[row][column];
+                }
+                all_right[a] += right[row];
+            }
+        }
         let mut right = all_right;
-        let mut parts = Vec::<Part, MAX_CIRCLES>::new();
+        let mut parts = Vec::<Solution, MAX_CIRCLES>::new();
         for (block, outline) in self.blocks.iter().zip(&model.outlines) {
             let (a, _) = outline.shape.semi_axes();
             let by_place = outline.inside * contrast / model.blur;
             let unit = -0.5 * a * by_place;
-            let by_unit = unit * unit / OWN_ONE;
+            let by_unit = unit * unit / SUM_ONE;
             let factor = Factor::new(&block.m.map(|row| row.map(|entry| by_unit * entry as f32)))?;
-            let own_right = block.right.map(|sum| unit / RIGHT_ONE * sum as f32);
+            let own_right = block.right.map(|sum| unit / OWN_RIGHT_ONE * sum as f32);
             let own = factor.solve(own_right);
             let crosses: [[f32; OWN]; SHARED] = core::array::from_fn(|j| {
-                core::array::from_fn(|i| unit / OWN_ONE * units[j] * block.cross[i][j] as f32)
+                core::array::from_fn(|i| unit / SUM_ONE * units[j] * block.cross[i][j] as f32)
             });
             let by_shared = crosses.map(|cross| factor.solve(cross));
             for i in 0..SHARED {
@@ -275,10 +412,10 @@ impl Arrow {
             }
             // As if every crossing told as much of its place as they do on average.
             let squares = (block.squares as f32).max(1.0) / f32::from(block.points);
-            let scatter = block.residuals as f32 * (ONE as f32 / (SQUARE_ONE * 4096.0 * 4096.0)) / squares;
-            let information = by_place * by_place / OWN_ONE * block.information as f32;
+            let scatter = block.residuals as f32 * (SUM_ONE / (4096.0 * 4096.0)) / squares;
+            let information = by_place * by_place / SUM_ONE * block.information as f32;
             parts
-                .push(Part {
+                .push(Solution {
                     factor,
                     by_shared,
                     own,
@@ -313,7 +450,7 @@ fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
 }
 
 /// The solution for an outline.
-struct Part {
+struct Solution {
     factor: Factor<OWN>,
     /// How its terms go with what is shared, negative.
     by_shared: [[f32; OWN]; SHARED],
@@ -328,7 +465,7 @@ struct Part {
 
 /// The solution.
 pub(super) struct Solved {
-    parts: Vec<Part, MAX_CIRCLES>,
+    parts: Vec<Solution, MAX_CIRCLES>,
     shared: [f32; SHARED],
     /// Variance of a sample after the step.
     pub variance: f32,

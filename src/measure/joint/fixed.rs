@@ -30,3 +30,32 @@ pub(super) fn scale(x: i32, share: i32) -> i32 {
 pub(super) fn wide(a: i32, b: i32, shift: u32) -> i32 {
     ((i64::from(a) * i64::from(b)) >> shift) as i32
 }
+
+/// The reciprocal of the length of a vector of length nearly one.
+pub(super) fn reciprocal((x, y): (i32, i32)) -> i32 {
+    let square = (x * x + y * y) >> 14;
+    let excess = square - ONE;
+    // Its series, and a step of Newton.
+    let near = ONE - scale(excess, ONE / 2 - scale(excess, ONE * 3 / 8));
+    scale(near, 3 * ONE - scale(square, scale(near, near))) >> 1
+}
+
+/// A vector of length nearly one with that length.
+pub(super) fn unit(vector: (i32, i32)) -> (i32, i32) {
+    let reciprocal = reciprocal(vector);
+    (scale(vector.0, reciprocal), scale(vector.1, reciprocal))
+}
+
+/// Which of 128 sectors of a turn, from +x towards +y, holds a direction of length one.
+pub(super) fn sector((u, v): (i32, i32)) -> u32 {
+    /// The series of the arc sine, and sectors of a radian.
+    const SERIES: (i32, i32) = (2731, 1794);
+    const SECTORS: i32 = 5215;
+    let sine = u.abs().min(v.abs());
+    let square = scale(sine, sine);
+    let angle = sine + scale(sine, scale(square, SERIES.0 + scale(square, SERIES.1)));
+    let octant = ((angle * SECTORS) >> 22).clamp(0, 15);
+    let quadrant = if v.abs() <= u.abs() { octant } else { 31 - octant };
+    let half = if u < 0 { 63 - quadrant } else { quadrant };
+    (if v < 0 { 127 - half } else { half }) as u32
+}

@@ -1,6 +1,6 @@
 //! Where the axis of a crossing passes an ellipse, in integers: for an image without distortion.
 
-use super::fixed::{BEND, ONE, PX, fixed, scale, wide};
+use super::fixed::{BEND, ONE, PX, fixed, reciprocal, scale, wide};
 use crate::appearance::Outline;
 use crate::fit::{Frame, Shape};
 use crate::math;
@@ -51,9 +51,15 @@ impl Passage {
         let mut along = start(self.cosines.0, self.change.0);
         let mut across = start(self.cosines.1, self.change.1);
         let outwards = self.cosines.0 > 0;
+        let owned = |along: i32, across: i32| along.abs() >= across.abs() && (along > 0) == outwards;
+        let steps = N as i32 - 1;
+        // Those that are owned lie side by side.
+        if owned(along, across) && owned(along + steps * self.change.0, across + steps * self.change.1) {
+            return [true; N];
+        }
         let mut owns = [false; N];
         for own in &mut owns {
-            *own = along.abs() >= across.abs() && (along > 0) == outwards;
+            *own = owned(along, across);
             along += self.change.0;
             across += self.change.1;
         }
@@ -153,13 +159,13 @@ impl Line {
         }
         let moved = |cosine: i32, change: i32| cosine + ((change * at) >> 15);
         let cosines = (moved(cosines.0, change.0), moved(cosines.1, change.1));
-        let norm = Norm::new(cosines);
-        let reach = norm.of(inverse.of(self.ratio));
+        let norm = reciprocal(cosines);
+        let reach = scale(inverse.of(self.ratio), norm);
         let place = (u + (((l0 >> 13) * at) >> 15), v);
         Some(Passage {
             at: at >> 1,
-            cosines: (norm.of(cosines.0), norm.of(cosines.1)),
-            change: (norm.of(change.0), norm.of(change.1)),
+            cosines: (scale(cosines.0, norm), scale(cosines.1, norm)),
+            change: (scale(change.0, norm), scale(change.1, norm)),
             bend: scale(scale(scale(self.bend, reach), reach), reach),
             reach,
             direction: self.turned((place.0 >> 1, place.1 >> 1)),
@@ -200,23 +206,6 @@ impl Inverse {
     /// A component of the vector times it.
     fn cosine(&self, component: i32) -> i32 {
         ((component << self.doublings) * self.inverse) >> 16
-    }
-}
-
-/// The reciprocal of the length of a vector of length nearly one.
-struct Norm(i32);
-
-impl Norm {
-    fn new((x, y): (i32, i32)) -> Self {
-        let square = (x * x + y * y) >> 14;
-        let excess = square - ONE;
-        // Its series, and a step of Newton.
-        let near = ONE - scale(excess, ONE / 2 - scale(excess, ONE * 3 / 8));
-        Self(scale(near, 3 * ONE - scale(square, scale(near, near))) >> 1)
-    }
-
-    fn of(&self, x: i32) -> i32 {
-        scale(x, self.0)
     }
 }
 

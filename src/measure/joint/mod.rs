@@ -31,8 +31,8 @@ use crate::math;
 use crate::scan::Pool;
 use crate::settings::limits;
 use crate::target::MAX_CIRCLES;
-use arrow::{Arrow, Solved};
-use fixed::{GREY, fixed};
+use arrow::{Arrow, PARTS, Part, Solved};
+use fixed::{GREY, fixed, sector};
 use heapless::Vec;
 use scene::Scene;
 use start::start;
@@ -55,8 +55,8 @@ const SIGMAS: f32 = 5.0;
 const FAR_SIGMAS: f32 = 4.0;
 /// Room in the light beside an edge, standard deviations of its mean over a part of a turn, ...
 const UNEVEN_SIGMAS: f32 = 3.7;
-/// ... of which there are so many.
-const PARTS: usize = 16;
+/// ... which has so many of the 128 sectors.
+const SECTORS_OF_PART: usize = 128 / PARTS;
 /// One in so many far stretches may be of another level.
 const STRANGE_SHARE: u32 = 30;
 /// Share of the crossings that may be left out, and how many of a small target.
@@ -196,24 +196,27 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
         let track = scene.track(k)?;
         let mut seen = Sectors(0);
         let mut light = [(0, 0u16); PARTS];
+        let mut parts = [Part::default(); PARTS];
         let stride = if gate.few { edge.stride() } else { 1 };
         for crossing in pool.iter(edge.crossings).step_by(stride) {
             let Some(view) = View::new(scene, &track, crossing, origin) else { continue };
-            let (u, v) = view.direction();
-            let part = if gate.few { 0 } else { seen.mark(u as f32, v as f32) };
+            let sector = sector(view.direction());
+            seen.0 |= 1 << sector;
+            let part = sector as usize / SECTORS_OF_PART;
             let Some(samples) = view.samples() else { continue };
             if samples.misfit > gate.misfit {
                 pass.spoiled += 1;
                 continue;
             }
             pass.used += 1;
-            if let Some((sum, count)) = light.get_mut(part) {
+            if let (Some((sum, count)), Some(part)) = (light.get_mut(part), parts.get_mut(part)) {
                 *sum += samples.excess;
                 *count += 1;
+                pass.arrow.add(k, part, &view, &samples.sums);
             }
-            pass.arrow.add(k, &view, &samples.sums, scene);
             pass.add_far(&view, gate);
         }
+        pass.arrow.add_parts(k, &parts, scene);
         pass.uneven += light.iter().filter(|(sum, count)| gate.is_uneven(*sum, *count)).count() as u32;
         let _ = pass.seen.push(seen.closed(track.outline.minor));
     }

@@ -36,7 +36,7 @@ pub(super) struct Scene<'m> {
     pub slopes: (i32, i32),
     blur: i32,
     /// Its reciprocal, with half the unit of shares.
-    sharpness: i32,
+    pub sharpness: i32,
     /// Reciprocal of the unit of places, and the farthest place, px / 2.
     by_unit: i32,
     farthest: i32,

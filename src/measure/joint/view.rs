@@ -40,6 +40,8 @@ pub(super) struct View<'s> {
     passage: Passage,
     /// Half the curvature, 1/px, positive where the edge bends away from light.
     bend: i32,
+    /// Standard deviations of the blur beyond the edge as a power series of the distance on the axis, px.
+    series: [i32; 3],
     /// 1 where the axis leads towards light, else -1.
     sign: i32,
     /// Light at the middle; and its change along the axis, 1/px, with 64 times its unit.
@@ -63,10 +65,8 @@ pub(super) struct Far {
     pub log: u32,
     /// On the light side.
     pub bright: bool,
-    /// Level of the model without the plane of light, and what the stretch has beyond it.
-    pub mixed: i32,
+    /// Level beyond that of the model.
     pub residual: i32,
-    pub light: i32,
     pub place: Place,
 }
 
@@ -106,6 +106,10 @@ impl<'s> View<'s> {
             return None;
         }
         let light = ONE + ((slope.0 * middle.0 + slope.1 * middle.1) >> 7);
+        let bend = if track.dark_inside { passage.bend } else { -passage.bend };
+        let cosine = cosine.abs();
+        let second = (scale(bend, ONE - scale(cosine, cosine)) * scene.sharpness) >> 13;
+        let series = [scale(cosine, scene.sharpness), second, -((scale(bend, cosine) * second) >> 15)];
         Some(Self {
             scene,
             track,
@@ -113,7 +117,8 @@ impl<'s> View<'s> {
             axis,
             middle,
             exact,
-            bend: if track.dark_inside { passage.bend } else { -passage.bend },
+            bend,
+            series,
             passage,
             sign: if rising { 1 } else { -1 },
             light: light.clamp(LEAST_LIGHT, MOST_LIGHT),
@@ -121,13 +126,14 @@ impl<'s> View<'s> {
         })
     }
 
-    /// The distance from the circle that fits the edge where the axis passes it: its series to the third order.
+    /// How far the place `at` is beyond the edge towards light, standard deviations of the blur: that from the circle that fits the
+    /// edge where the axis passes it, its series to the third order.
     #[inline]
-    fn depth_of_circle(&self, at: i32) -> i32 {
+    fn beyond(&self, at: i32) -> i32 {
+        let [first, second, third] = self.series;
         let h = self.sign * (at - self.passage.at);
-        let q = scale(h, self.passage.cosines.0.abs() + ((self.bend * h) >> 14));
-        let bent = (self.bend * q) >> 14;
-        scale(q, ONE - scale(bent, ONE - 2 * bent))
+        let second = second + ((h * third) >> 12);
+        (h * (first + ((h * second) >> 15)) + (1 << 12)) >> 13
     }
 
     /// The near samples; `None` if none of them counts here.
@@ -135,24 +141,24 @@ impl<'s> View<'s> {
     pub fn samples(&self) -> Option<Samples> {
         let scene = self.scene;
         let mut own: [bool; NEAR] = self.passage.owns(FIRST);
-        let (mut depths, mut leads) = ([0; NEAR], [scene.lead(self.bend); NEAR]);
+        let mut depths = [0; NEAR];
+        // Standard deviations of the blur: where the level of one half is, and so many beyond the edge.
+        let (mut leads, mut beyond) = ([scene.lead(self.bend); NEAR], [0; NEAR]);
         if let Some(exact) = self.exact.as_ref().filter(|_| scene.tight) {
             for i in 0..NEAR {
                 if own[i] {
                     let (depth, bend) = exact.depth(self.track.outline, near_place(i));
                     (depths[i], leads[i]) = (depth, scene.lead(bend));
+                    beyond[i] = scene.deviations(depth);
                 }
             }
         } else {
-            for i in 0..NEAR {
-                depths[i] = self.depth_of_circle(near_place(i));
-            }
+            beyond = core::array::from_fn(|i| self.beyond(near_place(i)));
         }
         let (mut lightness, mut by_blur, mut by_place) = ([0; NEAR], [0; NEAR], [0; NEAR]);
         for i in 0..NEAR {
-            let z = scene.deviations(depths[i]);
-            (lightness[i], by_place[i]) = normal_fixed(z + leads[i]);
-            by_blur[i] = (by_place[i] * (leads[i] - z)) >> 12;
+            (lightness[i], by_place[i]) = normal_fixed(beyond[i] + leads[i]);
+            by_blur[i] = (by_place[i] * (leads[i] - beyond[i])) >> 12;
         }
         if let Some(exact) = self.exact.as_ref().filter(|_| scene.overlapping) {
             for i in 0..NEAR {
@@ -255,7 +261,7 @@ impl<'s> View<'s> {
             let at = side * (6 + (1 << log));
             let light = (self.light + ((self.slope * at) >> 7)).clamp(LEAST_LIGHT, MOST_LIGHT);
             let residual = level - scale(mixed, light);
-            told(Far { log, bright, mixed, residual, light, place: self.place_at(at) });
+            told(Far { log, bright, residual, place: self.place_at(at) });
         }
         clipped
     }
@@ -264,16 +270,18 @@ impl<'s> View<'s> {
     #[inline]
     fn tail(&self, side: i32, bright: bool, log: u32) -> i32 {
         let scene = self.scene;
-        let (depth, bend) = match &self.exact {
-            Some(exact) if scene.tight => exact.depth(self.track.outline, side * FAR),
-            _ => (self.depth_of_circle(side * FAR), self.bend),
+        let z = match &self.exact {
+            Some(exact) if scene.tight => {
+                let (depth, bend) = exact.depth(self.track.outline, side * FAR);
+                scene.deviations(depth) + scene.lead(bend)
+            }
+            _ => self.beyond(side * FAR) + scene.lead(self.bend),
         };
-        let z = scene.deviations(depth) + scene.lead(bend);
         let z = if bright { -z } else { z };
         if z <= -OVER {
             return 0;
         }
-        mean_tail(z, scene.deviations(self.passage.cosines.0.abs()) >> 2, log)
+        mean_tail(z, self.series[0] >> 1, log)
     }
 
     /// Whether a far stretch is clear of the other edges, and of the other side of this one.
