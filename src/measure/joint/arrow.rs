@@ -6,7 +6,7 @@
 use super::fixed::{GREY, ONE, scale, unit, wide};
 use super::scene::Scene;
 use super::view::{Far, View};
-use crate::appearance::{Model, OWN, SHARED, Spread, Step};
+use crate::appearance::{OWN, SHARED, Spread, Step};
 use crate::fit::{CENTRE_TERMS, Factor, Matrix};
 use crate::list::list;
 use crate::target::MAX_CIRCLES;
@@ -53,25 +53,28 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Adds samples.
+    /// Of samples.
     #[inline]
-    pub fn add<const N: usize>(&mut self, l: &[i32; N], b: &[i32; N], p: &[i32; N], r: &[i32; N]) {
-        let total = |a: &[i32; N]| a.iter().sum::<i32>();
-        let product = |a: &[i32; N], b: &[i32; N]| a.iter().zip(b).map(|(a, b)| a * b).sum::<i32>();
-        self.l += total(l);
-        self.ll += product(l, l);
-        self.b += total(b);
-        self.lb += product(b, l);
-        self.bb += product(b, b);
-        self.p += total(p);
-        self.lp += product(p, l);
-        self.bp += product(p, b);
-        self.pp += product(p, p);
-        self.r += total(r);
-        self.lr += product(r, l);
-        self.br += product(r, b);
-        self.pr += product(r, p);
-        self.rr += product(r, r);
+    pub fn new<const N: usize>(n: i32, [l, b, p, r]: [&[i32; N]; 4]) -> Self {
+        let total = |a: &[i32; N]| a.iter().sum();
+        let product = |a: &[i32; N], b: &[i32; N]| a.iter().zip(b).map(|(a, b)| a * b).sum();
+        Self {
+            n,
+            l: total(l),
+            ll: product(l, l),
+            b: total(b),
+            lb: product(b, l),
+            bb: product(b, b),
+            p: total(p),
+            lp: product(p, l),
+            bp: product(p, b),
+            pp: product(p, p),
+            r: total(r),
+            lr: product(r, l),
+            br: product(r, b),
+            pr: product(r, p),
+            rr: product(r, r),
+        }
     }
 }
 
@@ -224,26 +227,26 @@ impl Block {
 #[derive(Clone, Copy, Debug, Default)]
 struct Side {
     n: i32,
-    x: i64,
-    y: i64,
-    xx: i64,
-    xy: i64,
-    yy: i64,
+    x: i32,
+    y: i32,
+    xx: i32,
+    xy: i32,
+    yy: i32,
     r: i64,
     rx: i64,
     ry: i64,
 }
 
 /// Bits of places in these.
-const PLACE_BITS: u32 = 12;
+const PLACE_BITS: u32 = 9;
 
 impl Side {
     /// Equations of the level and of the light's slopes, which change the side's level by `level`, where the light has the slopes
     /// `(gx, gy)`.
     fn matrix(&self, level: f32, (gx, gy): (f32, f32)) -> ([[f32; 3]; 3], [f32; 3]) {
         let one = (1 << PLACE_BITS) as f32;
-        let [x, y, rx, ry] = [self.x, self.y, self.rx, self.ry].map(|sum| sum as f32 / one);
-        let [xx, xy, yy] = [self.xx, self.xy, self.yy].map(|sum| sum as f32 / (one * one));
+        let [x, y, xx, xy, yy] = [self.x, self.y, self.xx, self.xy, self.yy].map(|sum| sum as f32 / one);
+        let [rx, ry] = [self.rx, self.ry].map(|sum| sum as f32 / one);
         let (n, r) = (self.n as f32, self.r as f32);
         let (lx, ly) = (x + gx * xx + gy * xy, y + gx * xy + gy * yy);
         let square = n + gx * (x + lx) + gy * (y + ly);
@@ -263,6 +266,7 @@ impl Side {
 /// All of them.
 #[derive(Clone, Debug)]
 pub(super) struct Arrow {
+    /// Of the outlines so far.
     blocks: Vec<Block, MAX_CIRCLES>,
     shared: Matrix<SHARED, i64>,
     right: [i64; SHARED],
@@ -274,10 +278,9 @@ pub(super) struct Arrow {
 }
 
 impl Arrow {
-    pub fn new(model: &Model) -> Self {
-        let blocks = list(model.outlines.iter().map(|_| Block::default()));
+    pub fn new() -> Self {
         Self {
-            blocks,
+            blocks: Vec::new(),
             shared: [[0; SHARED]; SHARED],
             right: [0; SHARED],
             sides: [Side::default(); 2],
@@ -286,25 +289,30 @@ impl Arrow {
         }
     }
 
-    /// Adds a crossing of outline `k` that lies in `part`.
+    /// The next outline's crossings follow.
+    pub fn next(&mut self) {
+        let _ = self.blocks.push(Block::default());
+    }
+
+    /// Adds a crossing that lies in `part`.
     #[inline]
-    pub fn add(&mut self, k: usize, part: &mut Part, view: &View<'_>, sums: &Sums) {
+    pub fn add(&mut self, part: &mut Part, view: &View<'_>, sums: &Sums) {
         part.add(view, sums);
-        if let Some(block) = self.blocks.get_mut(k) {
+        if let Some(block) = self.blocks.last_mut() {
             block.add(view, sums);
         }
         self.squares += i64::from(sums.rr);
         self.samples += sums.n;
     }
 
-    /// Adds the parts of outline `k`.
-    pub fn add_parts(&mut self, k: usize, parts: &[Part; PARTS], scene: &Scene<'_>) {
+    /// Adds the parts of the outline.
+    pub fn add_parts(&mut self, parts: &[Part; PARTS], scene: &Scene<'_>) {
         for part in parts.iter().filter(|part| part.crossings > 0) {
-            self.add_part(k, part, scene);
+            self.add_part(part, scene);
         }
     }
 
-    fn add_part(&mut self, k: usize, part: &Part, scene: &Scene<'_>) {
+    fn add_part(&mut self, part: &Part, scene: &Scene<'_>) {
         let count = part.crossings.max(1);
         let mean = |sum: i32| sum / count;
         let direction = unit((mean(part.direction.0), mean(part.direction.1)));
@@ -312,7 +320,7 @@ impl Arrow {
         let here = Here { light: mean(part.light), place, dark: scene.dark, bright: scene.bright };
         let part = Part { direction, reach: mean(part.reach), ..*part };
         let log = i32::BITS - count.leading_zeros();
-        if let Some(block) = self.blocks.get_mut(k) {
+        if let Some(block) = self.blocks.last_mut() {
             block.add_part(&part, &here, log);
         }
         let Sums { n, l, ll, b, lb, bb, .. } = part.sums;
@@ -352,11 +360,11 @@ impl Arrow {
         let (px, py, residual) = (pixels * x, pixels * y, pixels * far.residual);
         let product = |a: i32, b: i32| i64::from(a) * i64::from(b);
         side.n += pixels;
-        side.x += i64::from(px);
-        side.y += i64::from(py);
-        side.xx += product(px, x);
-        side.xy += product(px, y);
-        side.yy += product(py, y);
+        side.x += px;
+        side.y += py;
+        side.xx += (px * x) >> PLACE_BITS;
+        side.xy += (px * y) >> PLACE_BITS;
+        side.yy += (py * y) >> PLACE_BITS;
         side.r += i64::from(residual);
         side.rx += product(residual, x);
         side.ry += product(residual, y);

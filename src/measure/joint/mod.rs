@@ -57,6 +57,8 @@ const FAR_SIGMAS: f32 = 4.0;
 const UNEVEN_SIGMAS: f32 = 3.7;
 /// ... which has so many of the 128 sectors.
 const SECTORS_OF_PART: usize = 128 / PARTS;
+/// The same with few crossings.
+const SECTORS_OF_PART_FEW: usize = 2 * SECTORS_OF_PART;
 /// One in so many far stretches may be of another level.
 const STRANGE_SHARE: u32 = 30;
 /// Share of the crossings that may be left out, and how many of a small target.
@@ -183,7 +185,7 @@ fn settle_few(
 /// A pass over the crossings. `None` if an outline is no ellipse.
 fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, gate: &Gate) -> Option<Pass> {
     let mut pass = Pass {
-        arrow: Arrow::new(scene.model()),
+        arrow: Arrow::new(),
         seen: Vec::new(),
         used: 0,
         spoiled: 0,
@@ -194,6 +196,7 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
     };
     for (k, edge) in edges.edges.iter().enumerate() {
         let track = scene.track(k)?;
+        pass.arrow.next();
         let mut seen = Sectors(0);
         let mut light = [(0, 0u16); PARTS];
         let mut parts = [Part::default(); PARTS];
@@ -202,7 +205,7 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
             let Some(view) = View::new(scene, &track, crossing, origin) else { continue };
             let sector = sector(view.direction());
             seen.0 |= 1 << sector;
-            let part = sector as usize / SECTORS_OF_PART;
+            let part = sector as usize / if gate.few { SECTORS_OF_PART_FEW } else { SECTORS_OF_PART };
             let Some(samples) = view.samples() else { continue };
             if samples.misfit > gate.misfit {
                 pass.spoiled += 1;
@@ -212,11 +215,11 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
             if let (Some((sum, count)), Some(part)) = (light.get_mut(part), parts.get_mut(part)) {
                 *sum += samples.excess;
                 *count += 1;
-                pass.arrow.add(k, part, &view, &samples.sums);
+                pass.arrow.add(part, &view, &samples.sums);
             }
             pass.add_far(&view, gate);
         }
-        pass.arrow.add_parts(k, &parts, scene);
+        pass.arrow.add_parts(&parts, scene);
         pass.uneven += light.iter().filter(|(sum, count)| gate.is_uneven(*sum, *count)).count() as u32;
         let _ = pass.seen.push(seen.closed(track.outline.minor));
     }

@@ -167,26 +167,22 @@ impl<'s> View<'s> {
                 }
             }
         }
-        let mut samples = Samples { sums: Sums::default(), misfit: 0, excess: 0 };
-        let mut residuals = [0; NEAR];
+        let (mut n, mut misfit, mut residuals) = (0, 0, [0; NEAR]);
         let mut light = self.light - ((self.slope * 5) >> 7);
         for i in 0..NEAR {
             let level = scale(scene.mixed(lightness[i]), light);
             light += self.slope >> 6;
             if own[i] && scene.is_told(level) {
                 residuals[i] = i32::from(self.crossing.near[i]) * GREY - level;
-                samples.misfit = samples.misfit.max(residuals[i].abs());
-                samples.sums.n += 1;
+                misfit = misfit.max(residuals[i].abs());
+                n += 1;
             } else {
                 (lightness[i], by_blur[i], by_place[i]) = (0, 0, 0);
             }
         }
-        if samples.sums.n == 0 {
-            return None;
-        }
-        samples.excess = residuals[1] + residuals[NEAR - 2];
-        samples.sums.add(&lightness, &by_blur, &by_place, &residuals);
-        Some(samples)
+        let excess = residuals[1] + residuals[NEAR - 2];
+        let sums = [&lightness, &by_blur, &by_place, &residuals];
+        (n > 0).then(|| Samples { sums: Sums::new(n, sums), misfit, excess })
     }
 
     /// Adds what the edges beside this one give to a sample: light of the dark area beyond, and dark of the light area beyond. Gives
