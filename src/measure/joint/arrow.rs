@@ -6,20 +6,10 @@
 use super::fixed::{GREY, ONE, scale, unit, wide};
 use super::scene::Scene;
 use super::view::{Far, View};
-use crate::appearance::{OWN, SHARED, Spread, Step};
-use crate::fit::{CENTRE_TERMS, Factor, Matrix};
-use crate::list::list;
+use crate::appearance::{OWN, SHARED};
+use crate::fit::Matrix;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
-
-/// Grey levels of one in the units of the sums.
-const LEVELS: f32 = 256.0;
-/// What is one in the sums: of products of derivatives, of those of the terms with residuals, of those of what is shared with these,
-/// and of squared residuals.
-const SUM_ONE: f32 = (1 << SUM_BITS) as f32;
-const OWN_RIGHT_ONE: f32 = ONE as f32 * ONE as f32 * GREY as f32;
-const RIGHT_ONE: f32 = (1 << RIGHT_BITS) as f32 * ONE as f32;
-const SQUARE_ONE: f32 = (GREY * GREY) as f32;
 
 /// Most that a crossing may weigh, for the room of its products.
 const MOST: i32 = ONE * 3 / 2;
@@ -122,9 +112,9 @@ impl Part {
 }
 
 /// Bits of the sums of a part.
-const SUM_BITS: u32 = 12;
+pub(super) const SUM_BITS: u32 = 12;
 /// The same of those with residuals.
-const RIGHT_BITS: u32 = 10;
+pub(super) const RIGHT_BITS: u32 = 10;
 
 /// The model where the crossings of a part are, on average.
 struct Here {
@@ -175,16 +165,16 @@ fn terms((u, v): (i32, i32)) -> [i32; OWN] {
 /// An outline's part.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Block {
-    m: Matrix<OWN, i32>,
-    right: [i64; OWN],
+    pub m: Matrix<OWN, i32>,
+    pub right: [i64; OWN],
     /// Rows: the conic's terms; columns: what is shared.
-    cross: [[i32; SHARED]; OWN],
+    pub cross: [[i32; SHARED]; OWN],
     /// Of the crossings: squared products of the residuals with the change by the place of the edge, and squares of that.
-    residuals: i64,
-    squares: i32,
+    pub residuals: i64,
+    pub squares: i32,
     /// Inverse variances of the edge points, and their number.
-    information: i32,
-    points: u16,
+    pub information: i32,
+    pub points: u16,
 }
 
 impl Block {
@@ -225,7 +215,7 @@ impl Block {
 
 /// What the far stretches of one side tell: the sums over their pixels of the products of 1, the place, and the residual.
 #[derive(Clone, Copy, Debug, Default)]
-struct Side {
+pub(super) struct Side {
     n: i32,
     x: i32,
     y: i32,
@@ -243,7 +233,7 @@ const PLACE_BITS: u32 = 9;
 impl Side {
     /// Equations of the level and of the light's slopes, which change the side's level by `level`, where the light has the slopes
     /// `(gx, gy)`.
-    fn matrix(&self, level: f32, (gx, gy): (f32, f32)) -> ([[f32; 3]; 3], [f32; 3]) {
+    pub fn equations(&self, level: f32, (gx, gy): (f32, f32)) -> ([[f32; 3]; 3], [f32; 3]) {
         let one = (1 << PLACE_BITS) as f32;
         let [x, y, xx, xy, yy] = [self.x, self.y, self.xx, self.xy, self.yy].map(|sum| sum as f32 / one);
         let [rx, ry] = [self.rx, self.ry].map(|sum| sum as f32 / one);
@@ -267,14 +257,14 @@ impl Side {
 #[derive(Clone, Debug)]
 pub(super) struct Arrow {
     /// Of the outlines so far.
-    blocks: Vec<Block, MAX_CIRCLES>,
-    shared: Matrix<SHARED, i64>,
-    right: [i64; SHARED],
+    pub blocks: Vec<Block, MAX_CIRCLES>,
+    pub shared: Matrix<SHARED, i64>,
+    pub right: [i64; SHARED],
     /// Far stretches of the dark and of the light side.
-    sides: [Side; 2],
+    pub sides: [Side; 2],
     /// Squared residuals of the samples, and their number.
-    squares: i64,
-    samples: i32,
+    pub squares: i64,
+    pub samples: i32,
 }
 
 impl Arrow {
@@ -371,157 +361,4 @@ impl Arrow {
         self.squares += product(residual, far.residual);
         self.samples += 1;
     }
-
-    /// `None` where the crossings do not determine the unknowns.
-    pub fn solve(&self, scene: &Scene<'_>, size: f32) -> Option<Solved> {
-        let model = scene.model();
-        let contrast = model.contrast();
-        let slope = LEVELS * scene.unit / size;
-        // Derivatives by what is shared, in the units of the sums.
-        let units = [1.0, 1.0, slope, slope, contrast];
-        let mut rest = [[0.0; SHARED]; SHARED];
-        for (i, weight) in model.prior().into_iter().enumerate() {
-            for j in 0..=i {
-                rest[i][j] = units[i] * units[j] / SUM_ONE * self.shared[i][j] as f32;
-            }
-            rest[i][i] += weight;
-        }
-        let mut all_right: [f32; SHARED] =
-            core::array::from_fn(|i| units[i] / RIGHT_ONE * self.right[i] as f32);
-        let light = (scene.unit * model.gx, scene.unit * model.gy);
-        for (i, (side, level)) in self.sides.iter().zip([model.dark, model.bright]).enumerate() {
-            let (matrix, right) = side.matrix(level * scene.unit / size, light);
-            for (row, a) in [i, 2, 3].into_iter().enumerate() {
-                for (column, b) in [i, 2, 3].into_iter().enumerate().take(row + 1) {
-                    rest[a][b] += matrix[row][column];
-                }
-                all_right[a] += right[row];
-            }
-        }
-        let mut right = all_right;
-        let mut parts = Vec::<Solution, MAX_CIRCLES>::new();
-        for (block, outline) in self.blocks.iter().zip(&model.outlines) {
-            let (a, _) = outline.shape.semi_axes();
-            let by_place = outline.inside * contrast / model.blur;
-            let unit = -0.5 * a * by_place;
-            let by_unit = unit * unit / SUM_ONE;
-            let factor = Factor::new(&block.m.map(|row| row.map(|entry| by_unit * entry as f32)))?;
-            let own_right = block.right.map(|sum| unit / OWN_RIGHT_ONE * sum as f32);
-            let own = factor.solve(own_right);
-            let crosses: [[f32; OWN]; SHARED] = core::array::from_fn(|j| {
-                core::array::from_fn(|i| unit / SUM_ONE * units[j] * block.cross[i][j] as f32)
-            });
-            let by_shared = crosses.map(|cross| factor.solve(cross));
-            for i in 0..SHARED {
-                right[i] -= dot(&crosses[i], &own);
-                for j in 0..=i {
-                    rest[i][j] -= dot(&crosses[i], &by_shared[j]);
-                }
-            }
-            // As if every crossing told as much of its place as they do on average.
-            let squares = (block.squares as f32).max(1.0) / f32::from(block.points);
-            let scatter = block.residuals as f32 * (SUM_ONE / (4096.0 * 4096.0)) / squares;
-            let information = by_place * by_place / SUM_ONE * block.information as f32;
-            parts
-                .push(Solution {
-                    factor,
-                    by_shared,
-                    own,
-                    right: own_right,
-                    scatter,
-                    information,
-                    points: block.points,
-                })
-                .ok()?;
-        }
-        let factor = Factor::new(&rest)?;
-        let shared = factor.solve(right);
-        let mut gain = dot(&shared, &all_right);
-        for part in &mut parts {
-            for j in 0..SHARED {
-                for k in 0..OWN {
-                    part.own[k] -= part.by_shared[j][k] * shared[j];
-                }
-            }
-            let taken = dot(&part.own, &part.right);
-            gain += taken;
-            part.scatter = (part.scatter - taken).max(0.0);
-        }
-        let free = (self.samples - (OWN * self.blocks.len() + SHARED) as i32).max(1);
-        let variance = (self.squares as f32 / SQUARE_ONE - gain).max(0.0) / free as f32;
-        Some(Solved { parts, shared, variance, factor })
-    }
-}
-
-fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
-    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
-}
-
-/// The solution for an outline.
-struct Solution {
-    factor: Factor<OWN>,
-    /// How its terms go with what is shared, negative.
-    by_shared: [[f32; OWN]; SHARED],
-    own: [f32; OWN],
-    right: [f32; OWN],
-    /// What moving each edge point by itself would take from the squares.
-    scatter: f32,
-    /// Inverse variances of the edge points for a unit variance of the samples, 1/px^2, and their number.
-    information: f32,
-    points: u16,
-}
-
-/// The solution.
-pub(super) struct Solved {
-    parts: Vec<Solution, MAX_CIRCLES>,
-    shared: [f32; SHARED],
-    /// Variance of a sample after the step.
-    pub variance: f32,
-    factor: Factor<SHARED>,
-}
-
-impl Solved {
-    pub fn step(&self) -> Step {
-        Step { own: list(self.parts.iter().map(|part| part.own)), shared: self.shared }
-    }
-
-    /// Variance of a sample that the scatter of the edge points of outline `k` about its ellipse tells.
-    pub fn scatter(&self, k: usize) -> Option<f32> {
-        self.parts.get(k).map(|part| part.scatter / (f32::from(part.points) - OWN as f32).max(1.0))
-    }
-
-    /// Mean square distance of the edge points of outline `k` from its ellipse after the step, each with its weight, px^2.
-    pub fn mean_square(&self, k: usize) -> Option<f32> {
-        self.parts.get(k).map(|part| part.scatter / part.information)
-    }
-
-    /// Edge points of outline `k`.
-    pub fn points(&self, k: usize) -> Option<u16> {
-        self.parts.get(k).map(|part| part.points)
-    }
-
-    /// Covariances of outline `k` for a unit variance of the samples.
-    pub fn spread(&self, k: usize) -> Option<Spread> {
-        let part = self.parts.get(k)?;
-        let mut spread = Spread { own: [[0.0; 4]; 4], shared: [[0.0; 4]; 4] };
-        for (i, (term, scale)) in CENTRE_TERMS.into_iter().enumerate() {
-            let own = part.factor.solve(core::array::from_fn(|i| if i == term { scale } else { 0.0 }));
-            let moved = self.factor.solve(part.by_shared.map(|terms| scale * entry(&terms, term)));
-            for (j, (other, scale)) in CENTRE_TERMS.into_iter().enumerate() {
-                let shared = part
-                    .by_shared
-                    .iter()
-                    .zip(moved)
-                    .fold(0.0, |sum, (by, moved)| sum + entry(by, other) * moved);
-                spread.own[i][j] = scale * entry(&own, other);
-                spread.shared[i][j] = scale * shared;
-            }
-        }
-        Some(spread)
-    }
-}
-
-/// Entry `i` of an outline's own terms.
-fn entry(terms: &[f32; OWN], i: usize) -> f32 {
-    terms.get(i).copied().unwrap_or(0.0)
 }

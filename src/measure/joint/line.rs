@@ -163,7 +163,7 @@ impl Line {
         let reach = scale(inverse.of(self.ratio), norm);
         let place = (u + (((l0 >> 13) * at) >> 15), v);
         Some(Passage {
-            at: at >> 1,
+            at: (at + 1) >> 1,
             cosines: (scale(cosines.0, norm), scale(cosines.1, norm)),
             change: (scale(change.0, norm), scale(change.1, norm)),
             bend: scale(scale(scale(self.bend, reach), reach), reach),

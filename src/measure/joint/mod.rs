@@ -14,6 +14,7 @@ mod exact;
 mod fixed;
 mod line;
 mod scene;
+mod solve;
 mod start;
 #[cfg(test)]
 mod tests;
@@ -31,10 +32,11 @@ use crate::math;
 use crate::scan::Pool;
 use crate::settings::limits;
 use crate::target::MAX_CIRCLES;
-use arrow::{Arrow, PARTS, Part, Solved};
+use arrow::{Arrow, PARTS, Part};
 use fixed::{GREY, fixed, sector};
 use heapless::Vec;
 use scene::Scene;
+use solve::Solved;
 use start::start;
 use view::View;
 

@@ -97,7 +97,7 @@ impl<'m> Scene<'m> {
     /// How far blur moves the level of one half where half the curvature is `bend`, standard deviations of the blur.
     #[inline]
     pub fn lead(&self, bend: i32) -> i32 {
-        (bend * self.blur) >> 16
+        (bend * self.blur + (1 << 15)) >> 16
     }
 
     #[inline]

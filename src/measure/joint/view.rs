@@ -105,7 +105,7 @@ impl<'s> View<'s> {
         if rising != ((cosine > 0) == track.dark_inside) || !near || !wide {
             return None;
         }
-        let light = ONE + ((slope.0 * middle.0 + slope.1 * middle.1) >> 7);
+        let light = ONE + ((slope.0 * middle.0 + slope.1 * middle.1 + (1 << 6)) >> 7);
         let bend = if track.dark_inside { passage.bend } else { -passage.bend };
         let cosine = cosine.abs();
         let second = (scale(bend, ONE - scale(cosine, cosine)) * scene.sharpness) >> 13;
@@ -136,11 +136,17 @@ impl<'s> View<'s> {
         (h * (first + ((h * second) >> 15)) + (1 << 12)) >> 13
     }
 
+    /// Which of the near samples are nearer to this edge than to its other side, on the steeper axis.
+    #[inline]
+    pub fn owns(&self) -> [bool; NEAR] {
+        self.passage.owns(FIRST)
+    }
+
     /// The near samples; `None` if none of them counts here.
     #[inline]
     pub fn samples(&self) -> Option<Samples> {
         let scene = self.scene;
-        let mut own: [bool; NEAR] = self.passage.owns(FIRST);
+        let mut own = self.owns();
         let mut depths = [0; NEAR];
         // Standard deviations of the blur: where the level of one half is, and so many beyond the edge.
         let (mut leads, mut beyond) = ([scene.lead(self.bend); NEAR], [0; NEAR]);
@@ -168,10 +174,9 @@ impl<'s> View<'s> {
             }
         }
         let (mut n, mut misfit, mut residuals) = (0, 0, [0; NEAR]);
-        let mut light = self.light - ((self.slope * 5) >> 7);
         for i in 0..NEAR {
+            let light = self.light + ((self.slope * (2 * i as i32 - 5) + (1 << 6)) >> 7);
             let level = scale(scene.mixed(lightness[i]), light);
-            light += self.slope >> 6;
             if own[i] && scene.is_told(level) {
                 residuals[i] = i32::from(self.crossing.near[i]) * GREY - level;
                 misfit = misfit.max(residuals[i].abs());
