@@ -59,8 +59,6 @@ const FAR_SIGMAS: f32 = 4.0;
 const UNEVEN_SIGMAS: f32 = 3.7;
 /// ... which has so many of the 128 sectors.
 const SECTORS_OF_PART: usize = 128 / PARTS;
-/// The same with few crossings.
-const SECTORS_OF_PART_FEW: usize = 2 * SECTORS_OF_PART;
 /// One in so many far stretches may be of another level.
 const STRANGE_SHARE: u32 = 30;
 /// Share of the crossings that may be left out, and how many of a small target.
@@ -207,7 +205,7 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
             let Some(view) = View::new(scene, &track, crossing, origin) else { continue };
             let sector = sector(view.direction());
             seen.0 |= 1 << sector;
-            let part = sector as usize / if gate.few { SECTORS_OF_PART_FEW } else { SECTORS_OF_PART };
+            let part = sector as usize / SECTORS_OF_PART;
             let Some(samples) = view.samples() else { continue };
             if samples.misfit > gate.misfit {
                 pass.spoiled += 1;

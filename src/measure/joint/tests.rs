@@ -169,7 +169,12 @@ fn parts_have_the_sums_of_their_samples() {
         let sum = |f: &dyn Fn(&([f64; 15], f64)) -> f64| samples.iter().map(f).sum::<f64>();
         let want = sum(&|(terms, residual)| terms[i] * residual);
         let deviation = sum(&|(terms, _)| terms[i] * terms[i]).sqrt();
-        std::eprintln!("{i} {} {} of {}", want/deviation, (f64::from(right[i])-want)/deviation, samples.len());
+        std::eprintln!(
+            "{i} {} {} of {}",
+            want / deviation,
+            (f64::from(right[i]) - want) / deviation,
+            samples.len()
+        );
         assert!((f64::from(right[i]) - want).abs() < 20.0 * deviation, "{i}: {} for {want}", right[i]);
         for j in 0..=i {
             let want = sum(&|(terms, _)| terms[i] * terms[j]);
