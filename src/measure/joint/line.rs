@@ -121,7 +121,7 @@ impl Line {
         }
     }
     /// A place from the centre, px, from that about the origin, in 1/2 px.
-    pub fn from_centre(&self, (along, across): (i32, i32)) -> (i32, i32) {
+    pub fn about_centre(&self, (along, across): (i32, i32)) -> (i32, i32) {
         ((along << 11) - self.centre.0, (across << 11) - self.centre.1)
     }
 

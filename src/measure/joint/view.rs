@@ -96,7 +96,7 @@ impl<'s> View<'s> {
             Some(exact) if origin.lens().is_some() => exact.passage(track.outline)?,
             _ => {
                 let line = track.line(axis);
-                line.passage(line.from_centre(middle))?
+                line.passage(line.about_centre(middle))?
             }
         };
         let (cosine, change) = (passage.cosines.0, passage.change.0);
