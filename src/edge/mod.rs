@@ -18,7 +18,7 @@ use crate::fit::Shape;
 use crate::math;
 use crate::scan::{Axis, Crossing, CrossingList, Outline};
 use profile::Blurred;
-pub(crate) use profile::{mean_tail, normal};
+pub(crate) use profile::{mean_tail, normal, normal_fixed};
 
 /// Crossings of an outline that are used for the blur and for a first look at the levels.
 const FEW: u16 = 16;

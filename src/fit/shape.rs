@@ -88,6 +88,20 @@ impl Shape {
         Self { cx: self.cx, cy: self.cy, ..self.scaled(factor) }
     }
 
+    /// The same with both semi-axes longer by `width` px. `None` if one of them vanishes.
+    pub fn widened(&self, width: f32) -> Option<Self> {
+        // The inverse of A has the squares of the semi-axes; its root is known from their sum and product.
+        let product = 1.0 / math::sqrt(self.det());
+        let square = product * product;
+        let sum = math::sqrt((self.axx + self.ayy) * square + 2.0 * product);
+        let by_root = 2.0 * width / sum;
+        let (stretch, more) = (square * (1.0 + by_root), by_root * product + width * width);
+        let (xx, xy, yy) = (stretch * self.ayy + more, -stretch * self.axy, stretch * self.axx + more);
+        let smaller = 0.5 * (sum - math::sqrt((sum * sum - 4.0 * product).max(0.0)));
+        let det = xx * yy - xy * xy;
+        (smaller + width > 0.0).then(|| Self { axx: yy / det, axy: -xy / det, ayy: xx / det, ..*self })
+    }
+
     /// Half the sides of its bounding box.
     pub fn extent(&self) -> (f32, f32) {
         let det = self.det();

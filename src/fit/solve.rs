@@ -1,7 +1,7 @@
 //! Small symmetric linear systems.
 
 /// Symmetric matrix; only the lower triangle (column <= row) is read.
-pub(crate) type Matrix<const N: usize> = [[f32; N]; N];
+pub(crate) type Matrix<const N: usize, T = f32> = [[T; N]; N];
 
 /// L D L^T of a symmetric positive definite matrix.
 #[derive(Clone, Copy, Debug)]

@@ -23,13 +23,6 @@ impl Sectors {
         1 << index(u, v, SECTORS)
     }
 
-    /// Marks the sector as one with an edge in it. Gives the sixteenth of a turn that it is in.
-    pub fn mark(&mut self, u: f32, v: f32) -> usize {
-        let index = index(u, v, SECTORS);
-        self.0 |= 1 << index;
-        (16 * index / SECTORS) as usize
-    }
-
     /// The same without short gaps, of an ellipse with this semi-minor axis, px.
     pub fn closed(self, minor: f32) -> Self {
         let steps = steps(0.5 * GAP, minor);

@@ -35,10 +35,16 @@ impl Stretch {
         Self((sum | log << Self::BITS) as u16)
     }
 
+    /// Binary logarithm of the number of pixels, and the sum of their levels.
+    pub fn sum(self) -> (u32, u16) {
+        (u32::from(self.0 >> Self::BITS), self.0 & ((1 << Self::BITS) - 1))
+    }
+
     /// Number of pixels, and their mean level.
     pub fn mean(self) -> (f32, f32) {
-        let pixels = f32::from(1u16 << (self.0 >> Self::BITS));
-        (pixels, f32::from(self.0 & ((1 << Self::BITS) - 1)) / pixels)
+        let (log, sum) = self.sum();
+        let pixels = f32::from(1u16 << log);
+        (pixels, f32::from(sum) / pixels)
     }
 }
 

@@ -10,8 +10,11 @@
 //! 4. [`joint`]: steps on few crossings until they settle, then on all.
 
 mod arrow;
-mod passage;
+mod exact;
+mod fixed;
+mod line;
 mod scene;
+mod solve;
 mod start;
 #[cfg(test)]
 mod tests;
@@ -29,9 +32,11 @@ use crate::math;
 use crate::scan::Pool;
 use crate::settings::limits;
 use crate::target::MAX_CIRCLES;
-use arrow::{Arrow, Solved};
+use arrow::{Arrow, PARTS, Part};
+use fixed::{GREY, fixed, sector};
 use heapless::Vec;
 use scene::Scene;
+use solve::Solved;
 use start::start;
 use view::View;
 
@@ -49,10 +54,11 @@ const FOREIGN: f32 = 0.5;
 /// ... and while few crossings are used, with room for so many standard deviations of the noise.
 const FOREIGN_FEW: f32 = 0.1;
 const SIGMAS: f32 = 5.0;
+const FAR_SIGMAS: f32 = 4.0;
 /// Room in the light beside an edge, standard deviations of its mean over a part of a turn, ...
 const UNEVEN_SIGMAS: f32 = 3.7;
-/// ... of which there are so many.
-const PARTS: usize = 16;
+/// ... which has so many of the 128 sectors.
+const SECTORS_OF_PART: usize = 128 / PARTS;
 /// One in so many far stretches may be of another level.
 const STRANGE_SHARE: u32 = 30;
 /// Share of the crossings that may be left out, and how many of a small target.
@@ -70,18 +76,30 @@ const ROUNDING: f32 = 0.29;
 struct Gate {
     /// Few of them only.
     few: bool,
-    /// Largest residual of a sample; and beside its noise, of a far stretch and of the light beside the edge.
-    misfit: f32,
-    far: f32,
+    /// Largest residual of a sample; and beside its noise, of the light beside the edge.
+    misfit: i32,
     excess: f32,
     noise: f32,
+    /// Largest residual of a far stretch by the binary logarithm of its number of pixels.
+    far: [i32; 5],
 }
 
 impl Gate {
+    fn new(few: bool, misfit: f32, (far, excess): (f32, f32), noise: f32) -> Self {
+        let far = [1.0, 0.707, 0.5, 0.354, 0.25].map(|root| grey(far + FAR_SIGMAS * noise * root));
+        Self { few, misfit: grey(misfit), excess, noise, far }
+    }
+
     /// Whether `count` crossings with this sum of excesses lie in uneven light.
-    fn is_uneven(&self, sum: f32, count: f32) -> bool {
+    fn is_uneven(&self, excess: i32, count: u16) -> bool {
+        let (sum, count) = (excess as f32 / (2 * GREY) as f32, f32::from(count));
         count > 0.0 && sum.abs() > self.excess * count + UNEVEN_SIGMAS * self.noise * math::sqrt(0.5 * count)
     }
+}
+
+/// A residual, which is less than the whole scale.
+fn grey(level: f32) -> i32 {
+    fixed(level.min(255.0), GREY)
 }
 
 /// What the crossings tell of the next step.
@@ -126,17 +144,13 @@ pub(super) fn joint(
         let scene = Scene::new(&model, size, noise, ringed);
         // The model is less exact where edges blur into each other.
         let uneven = limits::UNEVEN * if scene.overlapping { 1.0 } else { 0.5 };
-        let gate = Gate {
-            few: false,
-            misfit: limits::MISFIT * contrast + SIGMAS * noise,
-            far: limits::UNEVEN * contrast,
-            excess: uneven * contrast,
-            noise,
-        };
-        let pass = pass(&scene, edges, pool, origin, &gate);
-        let solved = pass.arrow.solve()?;
+        let room = (limits::UNEVEN * contrast, uneven * contrast);
+        let gate = Gate::new(false, limits::MISFIT * contrast + SIGMAS * noise, room, noise);
+        let pass = pass(&scene, edges, pool, origin, &gate)?;
+        let solved = pass.arrow.solve(&scene, size)?;
+        let settled = if scene.overlapping { SETTLED_OVERLAPPING } else { SETTLED };
         let moved = model.take(&solved.step(), size)?;
-        if moved < if scene.overlapping { SETTLED_OVERLAPPING } else { SETTLED } {
+        if moved < settled {
             check_contrast(model.contrast()).ok()?;
             return pass.is_clean().then(|| result(&model, &pass, &solved))?;
         }
@@ -154,9 +168,9 @@ fn settle_few(
     let size = edges.edges.first()?.shape.semi_axes().0;
     let mut misfit = FOREIGN * model.contrast();
     for step in 0..FEW_STEPS {
-        let gate = Gate { few: true, misfit, far: misfit, excess: f32::INFINITY, noise: 0.0 };
-        let solved =
-            pass(&Scene::new(model, size, ROUNDING, ringed), edges, pool, origin, &gate).arrow.solve()?;
+        let gate = Gate::new(true, misfit, (misfit, f32::INFINITY), 0.0);
+        let scene = Scene::new(model, size, ROUNDING, ringed);
+        let solved = pass(&scene, edges, pool, origin, &gate)?.arrow.solve(&scene, size)?;
         let moved = model.take(&solved.step(), size)?;
         let noise = math::sqrt(solved.variance).max(ROUNDING);
         // The first step finds the light; what fits it badly is not known before.
@@ -168,11 +182,10 @@ fn settle_few(
     None
 }
 
-/// A pass over the crossings.
-fn pass(scene: &Scene, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, gate: &Gate) -> Pass {
-    let model = &scene.model;
+/// A pass over the crossings. `None` if an outline is no ellipse.
+fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, gate: &Gate) -> Option<Pass> {
     let mut pass = Pass {
-        arrow: Arrow::new(model),
+        arrow: Arrow::new(),
         seen: Vec::new(),
         used: 0,
         spoiled: 0,
@@ -181,52 +194,50 @@ fn pass(scene: &Scene, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, gate
         far: 0,
         strange: 0,
     };
-    for (k, (edge, outline)) in edges.edges.iter().zip(&model.outlines).enumerate() {
+    for (k, edge) in edges.edges.iter().enumerate() {
+        let track = scene.track(k)?;
+        pass.arrow.next();
         let mut seen = Sectors(0);
-        let mut light = [(0.0, 0.0); PARTS];
+        let mut light = [(0, 0u16); PARTS];
+        let mut parts = [Part::default(); PARTS];
         let stride = if gate.few { edge.stride() } else { 1 };
         for crossing in pool.iter(edge.crossings).step_by(stride) {
-            let Some(view) = View::new(scene, k, crossing, origin) else { continue };
-            let (u, v) = view.direction();
-            let part = if gate.few { 0 } else { seen.mark(u, v) };
+            let Some(view) = View::new(scene, &track, crossing, origin) else { continue };
+            let sector = sector(view.direction());
+            seen.0 |= 1 << sector;
+            let part = sector as usize / SECTORS_OF_PART;
             let Some(samples) = view.samples() else { continue };
-            if samples.misfit() > gate.misfit {
+            if samples.misfit > gate.misfit {
                 pass.spoiled += 1;
                 continue;
             }
             pass.used += 1;
-            if let Some((sum, count)) = light.get_mut(part) {
-                *sum += samples.excess();
-                *count += 1.0;
+            if let (Some((sum, count)), Some(part)) = (light.get_mut(part), parts.get_mut(part)) {
+                *sum += samples.excess;
+                *count += 1;
+                pass.arrow.add(part, &view, &samples.sums);
             }
-            pass.arrow.add(k, &view.told(&samples), model);
-            pass.add_far(scene, &view, gate);
+            pass.add_far(&view, gate);
         }
+        pass.arrow.add_parts(&parts, scene);
         pass.uneven += light.iter().filter(|(sum, count)| gate.is_uneven(*sum, *count)).count() as u32;
-        let _ = pass.seen.push(seen.closed(outline.minor));
+        let _ = pass.seen.push(seen.closed(track.outline.minor));
     }
-    pass
+    Some(pass)
 }
 
 impl Pass {
-    fn add_far(&mut self, scene: &Scene, view: &View<'_>, gate: &Gate) {
-        let model = &scene.model;
-        let (far, clipped) = view.far();
-        self.clipped += u32::from(clipped);
-        for far in far.into_iter().flatten() {
-            let (x, y) = far.place;
-            let light = 1.0 + model.gx * x + model.gy * y;
-            let mixed = model.dark + model.contrast() * far.lightness;
-            let residual = far.level - mixed * light;
+    #[inline]
+    fn add_far(&mut self, view: &View<'_>, gate: &Gate) {
+        let clipped = view.far(|far| {
             self.far += 1;
-            if residual.abs() > far.limit(gate.far, gate.noise) {
+            if gate.far.get(far.log as usize).is_none_or(|&limit| far.residual.abs() > limit) {
                 self.strange += 1;
             } else {
-                let (dark, bright) = ((1.0 - far.lightness) * light, far.lightness * light);
-                let terms = [dark, bright, mixed * x / scene.size, mixed * y / scene.size];
-                self.arrow.add_far(&far, terms, residual);
+                self.arrow.add_far(&far);
             }
-        }
+        });
+        self.clipped += u32::from(clipped);
     }
 
     /// Whether nothing disturbs the target.
@@ -242,12 +253,12 @@ impl Pass {
 fn result(model: &Model, pass: &Pass, solved: &Solved) -> Option<(FittedList, Light)> {
     let mut circles = FittedList::new();
     for (k, outline) in model.outlines.iter().enumerate() {
-        let (block, scatter, seen) = (pass.arrow.blocks.get(k)?, solved.scatter(k)?, pass.seen.get(k)?);
+        let (points, scatter, seen) = (solved.points(k)?, solved.scatter(k)?, pass.seen.get(k)?);
         if scatter > MAX_SCATTER * solved.variance {
             return None;
         }
         // The noise of the samples is known better than the scatter of the edge points, unless that is clearly larger.
-        let chance = 1.0 + CHANCE * math::sqrt(2.0 / f32::from(block.points));
+        let chance = 1.0 + CHANCE * math::sqrt(2.0 / f32::from(points));
         let variance = if scatter > chance * solved.variance { scatter } else { solved.variance };
         let frame_covariance = solved.spread(k)?.own.map(|row| row.map(|entry| entry * variance));
         let adjusted = Adjusted {
@@ -255,7 +266,7 @@ fn result(model: &Model, pass: &Pass, solved: &Solved) -> Option<(FittedList, Li
             covariance: outline.frame.covariance(&frame_covariance),
             frame_covariance,
             rms: math::sqrt(solved.mean_square(k)?),
-            points: block.points,
+            points,
         };
         let (dark_inside, gap) = (outline.inside < 0.0, seen.longest_gap());
         let fitted = Fitted {

@@ -1,73 +1,191 @@
 //! A model, prepared for the crossings of its outlines.
 
+use super::fixed::{GREY, ONE, PX, fixed, scale};
+use super::line::{Border, Line};
 use crate::appearance::{Model, Outline};
-use crate::list::list;
-use crate::target::MAX_CIRCLES;
-use heapless::Vec;
+use crate::scan::Axis;
 
-/// Standard deviations of the blur beyond which an edge is over.
+/// Standard deviations of the blur beyond which an edge is over, ...
 const BAND: f32 = 3.0;
+/// ... and that a far stretch must be away from it to tell the levels.
+const CLEAR: f32 = 2.5;
 /// How far the near samples and the far stretches of a crossing reach from an edge, px, with room for its place.
 const NEAR: f32 = 3.0;
 const FAR: f32 = 19.5;
 /// Radius of curvature at the ends of the major axis below which a parabola is not good enough for the samples of an edge, px.
 const TIGHT: f32 = 4.0;
+/// How far beyond the target, px, and how many times its size the unit of places is.
+const UNIT: (f32, f32) = (16.0, 2.0);
 
-/// The outlines next to one.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Next {
-    /// Those that have a part in its samples: on the light side and on the dark side.
-    pub near: [Option<usize>; 2],
-    /// Those that its far stretches may reach: outside and inside.
-    pub far: [Option<usize>; 2],
-}
-
-pub(super) struct Scene {
-    pub model: Model,
-    pub next: Vec<Next, MAX_CIRCLES>,
-    /// The target's size, px: the unit of the light's slopes.
-    pub size: f32,
+/// What all crossings share.
+pub(super) struct Scene<'m> {
+    model: &'m Model,
     /// Edges blur into each other.
     pub overlapping: bool,
     /// These, or edges that bend much: every sample is seen by itself.
     pub tight: bool,
-    /// Grey levels beyond which noise reaches the ends of the scale, so that the mean is no longer the level.
-    pub ends: (f32, f32),
     /// Around the target there may be the segments of a code: what is far outside of it tells nothing.
-    pub ringed: bool,
+    ringed: bool,
+    /// Unit of places, px.
+    pub unit: f32,
+    /// Grey levels.
+    pub dark: i32,
+    pub bright: i32,
+    contrast: i32,
+    /// Slopes of the light along x and y, 1/px, with 64 times its unit.
+    pub slopes: (i32, i32),
+    blur: i32,
+    /// Its reciprocal, with half the unit of shares.
+    pub sharpness: i32,
+    /// Reciprocal of the unit of places, and the farthest place, px / 2.
+    by_unit: i32,
+    farthest: i32,
+    /// Grey levels beyond which noise reaches the ends of the scale, so that the mean is no longer the level.
+    ends: (i32, i32),
 }
 
-impl Scene {
-    pub fn new(model: &Model, size: f32, noise: f32, ringed: bool) -> Self {
-        let next: Vec<Next, MAX_CIRCLES> = list((0..model.outlines.len()).map(|k| next(model, k)));
+impl<'m> Scene<'m> {
+    pub fn new(model: &'m Model, size: f32, noise: f32, ringed: bool) -> Self {
+        let outlines = &model.outlines;
         let bent = |outline: &Outline| {
             let (a, b) = outline.shape.semi_axes();
             b * b < TIGHT * a
         };
-        let overlapping = next.iter().any(|next| next.near != [None; 2]);
-        let tight = overlapping || model.outlines.iter().any(bent);
-        Self { model: model.clone(), next, size, overlapping, tight, ends: (noise, 255.0 - noise), ringed }
+        let overlapping = (1..outlines.len()).any(|k| within(model, k, k.checked_sub(1), NEAR).is_some());
+        let unit = UNIT.0 + UNIT.1 * size;
+        let grey = |level: f32| fixed(level.clamp(0.0, 500.0), GREY);
+        let (dark, bright) = (grey(model.dark), grey(model.bright));
+        let slope = |slope: f32| fixed(slope.clamp(-0.06, 0.06), ONE << 6);
+        Self {
+            model,
+            overlapping,
+            tight: overlapping || outlines.iter().any(bent),
+            ringed,
+            unit,
+            dark,
+            bright,
+            contrast: bright - dark,
+            slopes: (slope(model.gx), slope(model.gy)),
+            blur: fixed(model.blur, PX),
+            sharpness: fixed(1.0 / model.blur, ONE / 2),
+            by_unit: fixed(1.0 / unit, 1 << 27),
+            farthest: (2.0 * unit) as i32,
+            ends: (fixed(noise, GREY), fixed(255.0 - noise, GREY)),
+        }
+    }
+
+    pub fn model(&self) -> &Model {
+        self.model
     }
 
     pub fn outline(&self, k: Option<usize>) -> Option<&Outline> {
         self.model.outlines.get(k?)
     }
+
+    /// Level without the plane of light at this lightness.
+    #[inline]
+    pub fn mixed(&self, lightness: i32) -> i32 {
+        self.dark + scale(self.contrast, lightness)
+    }
+
+    /// Standard deviations of the blur in a length, px.
+    #[inline]
+    pub fn deviations(&self, length: i32) -> i32 {
+        (length * self.sharpness + ONE / 4) >> 13
+    }
+
+    /// How far blur moves the level of one half where half the curvature is `bend`, standard deviations of the blur.
+    #[inline]
+    pub fn lead(&self, bend: i32) -> i32 {
+        (bend * self.blur + (1 << 15)) >> 16
+    }
+
+    #[inline]
+    pub fn is_told(&self, level: i32) -> bool {
+        level > self.ends.0 && level < self.ends.1
+    }
+
+    /// A coordinate in the unit of places, from px / 2.
+    #[inline]
+    pub fn place(&self, at: i32) -> i32 {
+        (at.max(-self.farthest).min(self.farthest) * self.by_unit) >> 14
+    }
+
+    /// Outline `k` as crossings see it. `None` if there is no such ellipse.
+    pub fn track(&self, k: usize) -> Option<Track<'_>> {
+        let outline = self.outline(Some(k))?;
+        let dark_inside = outline.inside < 0.0;
+        let next = |next: Option<usize>, reach: f32| within(self.model, k, next, reach);
+        let (outer, inner) = (k.checked_sub(1), Some(k + 1));
+        let [outside, inside] = [next(outer, NEAR), next(inner, NEAR)];
+        let clear = CLEAR * self.model.blur;
+        let outwards = match self.outline(next(outer, FAR)) {
+            Some(outer) => Room::Within(Border::both(&outer.shape, -clear)),
+            None if self.ringed => Room::None,
+            None => Room::All,
+        };
+        let inwards = match self.outline(next(inner, FAR)) {
+            Some(inner) => Room::Around(Border::both(&inner.shape, clear)),
+            None => Room::Within(Border::both(&outline.shape, -clear)),
+        };
+        Some(Track {
+            outline,
+            near: if dark_inside { [outside, inside] } else { [inside, outside] },
+            dark_inside,
+            lines: Line::both(outline)?,
+            room: [outwards, inwards],
+        })
+    }
 }
 
-fn next(model: &Model, k: usize) -> Next {
-    let outline = model.outlines.get(k);
-    let within = |next: Option<usize>, reach: f32| {
-        let (outline, other) = (outline?, model.outlines.get(next?)?);
-        // Between similar ellipses the gap is narrowest on the minor axis.
-        let gap = (other.minor - outline.minor).abs();
-        next.filter(|_| other.inside != outline.inside && gap < reach + BAND * model.blur)
-    };
-    let (outer, inner) = (k.checked_sub(1), Some(k + 1));
-    let near = [within(outer, NEAR), within(inner, NEAR)];
-    let dark_inside = outline.is_some_and(|outline| outline.inside < 0.0);
-    let [outside, inside] = near;
-    Next {
-        near: if dark_inside { near } else { [inside, outside] },
-        far: [within(outer, FAR), within(inner, FAR)],
+/// The outline `next` to `k`, if the other side of the area between them is nearer than `reach` px and the blur.
+fn within(model: &Model, k: usize, next: Option<usize>, reach: f32) -> Option<usize> {
+    let (outline, other) = (model.outlines.get(k)?, model.outlines.get(next?)?);
+    // Between similar ellipses the gap is narrowest on the minor axis.
+    let gap = (other.minor - outline.minor).abs();
+    next.filter(|_| other.inside != outline.inside && gap < reach + BAND * model.blur)
+}
+
+/// Where a far stretch tells the levels.
+enum Room {
+    /// Nowhere, and anywhere.
+    None,
+    All,
+    /// Inside of this border, and outside of it, for rows and for columns.
+    Within(Option<[Border; 2]>),
+    Around(Option<[Border; 2]>),
+}
+
+/// An outline as crossings see it.
+pub(super) struct Track<'m> {
+    pub outline: &'m Outline,
+    /// The outlines that have a part in its samples: on the light side and on the dark side.
+    pub near: [Option<usize>; 2],
+    pub dark_inside: bool,
+    /// As rows and as columns see it.
+    lines: [Line; 2],
+    /// Outside and inside.
+    room: [Room; 2],
+}
+
+impl Track<'_> {
+    #[inline]
+    pub fn line(&self, axis: Axis) -> &Line {
+        let [row, column] = &self.lines;
+        if axis == Axis::Row { row } else { column }
+    }
+
+    /// Whether a stretch on an axis, from `first` to `last`, px / 4, outside or inside of the outline, is clear of all edges.
+    pub fn is_clear(&self, axis: Axis, inwards: bool, (first, last): (i32, i32), across: i32) -> bool {
+        let [outside, inside] = &self.room;
+        let of = |[row, column]: &[Border; 2]| if axis == Axis::Row { *row } else { *column };
+        match if inwards { inside } else { outside } {
+            Room::None => false,
+            Room::All => true,
+            Room::Within(border) => border.as_ref().is_some_and(|border| of(border).contains(last, across)),
+            Room::Around(border) => {
+                border.as_ref().is_some_and(|border| !of(border).meets((first, last), across))
+            }
+        }
     }
 }

@@ -1,326 +1,314 @@
 //! A stored crossing as the model has it.
 
-use super::arrow::{Sums, Told};
-use super::passage::{Axes, Passage, distance, dot};
-use super::scene::{Next, Scene};
-use crate::appearance::Outline;
-use crate::edge::{mean_tail, normal};
-use crate::math;
+use super::arrow::{Place, Sums};
+use super::exact;
+use super::fixed::{GREY, ONE, PX, scale};
+use super::line::Passage;
+use super::scene::{Scene, Track};
+use crate::edge::normal_fixed;
 use crate::measure::Origin;
 use crate::scan::{Axis, Crossing, NEAR};
 
 /// Farthest that a crossing may lie from its outline's ellipse, px.
-const MAX_DISTANCE: f32 = 2.0;
-/// Least distance on the axis from an edge to the middle between it and the other side of its own circle, px.
-const MIN_HALF_CHORD: f32 = 2.5;
-/// Places of the near samples on the axis from their middle, px, ...
-const PLACES: [f32; NEAR] = [-2.5, -1.5, -0.5, 0.5, 1.5, 2.5];
+const MAX_DISTANCE: i32 = 2 * PX;
+/// Least distance on the axis from an edge to the middle between it and the other side of its own circle, px, times the change of
+/// the cosine for 1 px.
+const MIN_HALF_CHORD: (i32, i32) = (5, 2);
+/// Place of the first near sample on the axis from their middle, px, ...
+const FIRST: i32 = -5 * PX / 2;
 /// ... and of the pixels of the far stretches nearest to it.
-const FAR: f32 = 3.5;
-/// Lightness that a stretch may have from its own edge to tell the levels, ...
-const TAIL: f32 = 0.08;
-/// ... which is over beyond this, ...
-const OVER: f32 = 3.5;
-/// ... and least distance of any other edge, standard deviations of the blur.
-const CLEAR: f32 = 2.5;
+const FAR: i32 = 7 * PX / 2;
+/// Share that a stretch may have of its own edge to tell the levels, ...
+const TAIL: i32 = ONE * 2 / 25;
+/// ... which is over beyond this, standard deviations of the blur.
+const OVER: i32 = 7 * PX / 2;
+
+/// Light that is calculated with, for the room of its products.
+const LEAST_LIGHT: i32 = ONE / 4;
+const MOST_LIGHT: i32 = ONE * 3 / 2;
 
 /// A crossing, its edge and the model.
 pub(super) struct View<'s> {
-    scene: &'s Scene,
-    outline: &'s Outline,
-    next: Next,
+    scene: &'s Scene<'s>,
+    track: &'s Track<'s>,
     crossing: &'s Crossing,
-    /// The middle between its inner samples about the origin, px: in the image and in the undistorted plane.
-    seen: (f32, f32),
-    middle: (f32, f32),
-    axes: Axes,
+    axis: Axis,
+    /// The middle between its inner samples about the origin, px / 2, along and across the axis.
+    middle: (i32, i32),
+    /// In the undistorted plane, where something needs it.
+    exact: Option<exact::Place>,
     passage: Passage,
-    curvature: f32,
-    /// 1 where light is outside the edge, else -1.
-    lightward: f32,
+    /// Half the curvature, 1/px, positive where the edge bends away from light.
+    bend: i32,
+    /// Standard deviations of the blur beyond the edge as a power series of the distance on the axis, px.
+    series: [i32; 3],
     /// 1 where the axis leads towards light, else -1.
-    sign: f32,
-    /// Light at the middle and its change along the axis, relative and 1/px.
-    light: f32,
-    slope: f32,
+    sign: i32,
+    /// Light at the middle; and its change along the axis, 1/px, with 64 times its unit.
+    light: i32,
+    slope: i32,
 }
 
-/// The near samples.
+/// What the near samples tell.
 pub(super) struct Samples {
-    /// 1 for those that count, else 0.
-    pub own: [f32; NEAR],
-    lightness: [f32; NEAR],
-    /// Change of that with the logarithm of the blur, ...
-    by_blur: [f32; NEAR],
-    /// ... and with the place of the edge towards dark, in standard deviations of the blur.
-    by_place: [f32; NEAR],
-    /// Levels beyond those of the model.
-    pub residuals: [f32; NEAR],
-}
-
-impl Samples {
+    pub sums: Sums,
     /// Largest residual.
-    pub fn misfit(&self) -> f32 {
-        self.residuals.iter().zip(self.own).fold(0.0, |most, (residual, own)| most.max(own * residual.abs()))
-    }
-
-    /// What light there is too much beside the edge.
-    pub fn excess(&self) -> f32 {
-        let ([_, a, _, _, d, _], [_, of_a, _, _, of_d, _]) = (self.residuals, self.own);
-        0.5 * (of_a * a + of_d * d)
-    }
-
-    #[inline]
-    pub fn sums(&self) -> Sums {
-        let mut sums = Sums::default();
-        for i in 0..NEAR {
-            let own = self.own[i];
-            let (l, b, p, r) = (self.lightness[i], self.by_blur[i], self.by_place[i], self.residuals[i]);
-            let (wl, wb, wp, wr) = (own * l, own * b, own * p, own * r);
-            sums.n += own;
-            sums.l += wl;
-            sums.ll += wl * l;
-            sums.b += wb;
-            sums.lb += wb * l;
-            sums.bb += wb * b;
-            sums.p += wp;
-            sums.lp += wp * l;
-            sums.bp += wp * b;
-            sums.pp += wp * p;
-            sums.r += wr;
-            sums.lr += wr * l;
-            sums.br += wr * b;
-            sums.pr += wr * p;
-            sums.rr += wr * r;
-        }
-        sums
-    }
+    pub misfit: i32,
+    /// Twice what light there is too much beside the edge.
+    pub excess: i32,
 }
 
 /// A far stretch that is clear of edges.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Far {
-    pub pixels: f32,
-    pub level: f32,
-    pub lightness: f32,
-    /// Its middle about the origin, px.
-    pub place: (f32, f32),
+    /// Binary logarithm of its number of pixels.
+    pub log: u32,
+    /// On the light side.
+    pub bright: bool,
+    /// Level beyond that of the model.
+    pub residual: i32,
+    pub place: Place,
 }
 
 impl<'s> View<'s> {
-    /// `None` where the crossing is none of outline `k`'s.
+    /// `None` where the crossing is none of the outline's.
     #[inline]
-    pub fn new(scene: &'s Scene, k: usize, crossing: &'s Crossing, origin: &Origin) -> Option<Self> {
-        let (outline, next) = (scene.outline(Some(k))?, *scene.next.get(k)?);
-        let x = (i32::from(crossing.x) - i32::from(origin.pixel.0)) as f32;
-        let y = (i32::from(crossing.y()) - i32::from(origin.pixel.1)) as f32;
-        let row = crossing.axis() == Axis::Row;
-        let seen = if row { (x - 0.5, y) } else { (x, y - 0.5) };
-        let middle = origin.place(seen)?;
-        let [xx, xy, yx, yy] = origin.slope(middle);
-        let (column, other) = ((xx, yx), (xy, yy));
-        let axes =
-            if row { Axes { along: column, across: other } } else { Axes { along: other, across: column } };
-        let passage = Passage::new(&outline.shape, middle, &axes)?;
+    pub fn new(
+        scene: &'s Scene<'s>,
+        track: &'s Track<'s>,
+        crossing: &'s Crossing,
+        origin: &Origin,
+    ) -> Option<Self> {
+        let x = i32::from(crossing.x) - i32::from(origin.pixel.0);
+        let y = i32::from(crossing.y()) - i32::from(origin.pixel.1);
+        let axis = crossing.axis();
+        let row = axis == Axis::Row;
         let [_, n0, n1, n2, n3, _] = crossing.near.map(u16::from);
-        let (rising, dark_inside) = (n2 + n3 > n0 + n1, outline.inside < 0.0);
-        let near = passage.at.abs() * passage.cosine <= MAX_DISTANCE;
-        let wide = passage.gradient.0.abs() >= MIN_HALF_CHORD * passage.change.0;
-        if rising != ((passage.gradient.0 > 0.0) == dark_inside) || !near || !wide {
+        let rising = n2 + n3 > n0 + n1;
+        let (middle, slope) = if row {
+            ((2 * x - 1, 2 * y), scene.slopes)
+        } else {
+            ((2 * y - 1, 2 * x), (scene.slopes.1, scene.slopes.0))
+        };
+        let needs = scene.tight || origin.lens().is_some();
+        let exact = if needs { Some(exact::Place::new(axis, middle, origin)?) } else { None };
+        let passage = match &exact {
+            Some(exact) if origin.lens().is_some() => exact.passage(track.outline)?,
+            _ => {
+                let line = track.line(axis);
+                line.passage(line.about_centre(middle))?
+            }
+        };
+        let (cosine, change) = (passage.cosines.0, passage.change.0);
+        let near = scale(passage.at.abs(), cosine.abs()) <= MAX_DISTANCE;
+        let wide = 4 * MIN_HALF_CHORD.1 * cosine.abs() >= MIN_HALF_CHORD.0 * change;
+        if rising != ((cosine > 0) == track.dark_inside) || !near || !wide {
             return None;
         }
-        let model = &scene.model;
+        let light = ONE + ((slope.0 * middle.0 + slope.1 * middle.1 + (1 << 6)) >> 7);
+        let bend = if track.dark_inside { passage.bend } else { -passage.bend };
+        let cosine = cosine.abs();
+        let second = (scale(bend, ONE - scale(cosine, cosine)) * scene.sharpness) >> 13;
+        let series = [scale(cosine, scene.sharpness), second, -((scale(bend, cosine) * second) >> 15)];
         Some(Self {
             scene,
-            outline,
-            next,
+            track,
             crossing,
-            seen,
+            axis,
             middle,
-            axes,
-            curvature: -outline.inside * passage.curvature(outline, &axes),
+            exact,
+            bend,
+            series,
             passage,
-            lightward: -outline.inside,
-            sign: if rising { 1.0 } else { -1.0 },
-            light: 1.0 + model.gx * seen.0 + model.gy * seen.1,
-            slope: if row { model.gx } else { model.gy },
+            sign: if rising { 1 } else { -1 },
+            light: light.clamp(LEAST_LIGHT, MOST_LIGHT),
+            slope: slope.0,
         })
     }
 
-    /// The undistorted place `at` px from the middle on the axis.
-    fn place(&self, at: f32) -> (f32, f32) {
-        (self.middle.0 + at * self.axes.along.0, self.middle.1 + at * self.axes.along.1)
-    }
-
-    /// Distance towards light of the place `at`, and half the curvature there, positive where the edge bends away from light.
+    /// How far the place `at` is beyond the edge towards light, standard deviations of the blur: that from the circle that fits the
+    /// edge where the axis passes it, its series to the third order.
     #[inline]
-    fn depth(&self, at: f32) -> (f32, f32) {
-        if self.scene.tight {
-            self.depth_of_ellipse(at)
-        } else {
-            (self.depth_of_circle(at), 0.5 * self.curvature)
-        }
-    }
-
-    /// The same by itself.
-    fn depth_of_ellipse(&self, at: f32) -> (f32, f32) {
-        let (distance, curvature) = distance(self.outline, self.place(at), &self.axes);
-        (self.lightward * distance, 0.5 * self.lightward * curvature)
-    }
-
-    /// The distance from the circle that fits the edge where the axis passes it: its series to the third order.
-    #[inline]
-    fn depth_of_circle(&self, at: f32) -> f32 {
+    fn beyond(&self, at: i32) -> i32 {
+        let [first, second, third] = self.series;
         let h = self.sign * (at - self.passage.at);
-        let bend = 0.5 * self.curvature;
-        let q = h * (self.passage.cosine + bend * h);
-        q * (1.0 - bend * q * (1.0 - 2.0 * bend * q))
+        let second = second + ((h * third) >> 12);
+        (h * (first + ((h * second) >> 15)) + (1 << 12)) >> 13
+    }
+
+    /// Which of the near samples are nearer to this edge than to its other side, on the steeper axis.
+    #[inline]
+    pub fn owns(&self) -> [bool; NEAR] {
+        self.passage.owns(FIRST)
     }
 
     /// The near samples; `None` if none of them counts here.
     #[inline]
     pub fn samples(&self) -> Option<Samples> {
-        let blur = self.scene.model.blur;
-        let inverse = 1.0 / blur;
-        let mut depths = [0.0; NEAR];
-        let mut leads = [0.5 * self.curvature * blur; NEAR];
-        for i in 0..NEAR {
-            depths[i] = self.depth_of_circle(PLACES[i]);
-        }
-        if self.scene.tight {
+        let scene = self.scene;
+        let mut own = self.owns();
+        let mut depths = [0; NEAR];
+        // Standard deviations of the blur: where the level of one half is, and so many beyond the edge.
+        let (mut leads, mut beyond) = ([scene.lead(self.bend); NEAR], [0; NEAR]);
+        if let Some(exact) = self.exact.as_ref().filter(|_| scene.tight) {
             for i in 0..NEAR {
-                let (depth, bend) = self.depth_of_ellipse(PLACES[i]);
-                (depths[i], leads[i]) = (depth, bend * blur);
+                if own[i] {
+                    let (depth, bend) = exact.depth(self.track.outline, near_place(i));
+                    (depths[i], leads[i]) = (depth, scene.lead(bend));
+                    beyond[i] = scene.deviations(depth);
+                }
             }
+        } else {
+            beyond = core::array::from_fn(|i| self.beyond(near_place(i)));
         }
-        let (mut own, mut lightness, mut by_blur) = ([0.0; NEAR], [0.0; NEAR], [0.0; NEAR]);
-        let mut by_place = [0.0; NEAR];
+        let (mut lightness, mut by_blur, mut by_place) = ([0; NEAR], [0; NEAR], [0; NEAR]);
         for i in 0..NEAR {
-            let z = depths[i] * inverse;
-            (lightness[i], by_place[i]) = normal(z + leads[i]);
-            by_blur[i] = by_place[i] * (leads[i] - z);
+            (lightness[i], by_place[i]) = normal_fixed(beyond[i] + leads[i]);
+            by_blur[i] = (by_place[i] * (leads[i] - beyond[i])) >> 12;
         }
-        for i in 0..NEAR {
-            own[i] = self.passage.owns(PLACES[i] - self.passage.at);
-        }
-        if self.scene.overlapping {
-            self.add_next(&depths, &mut own, &mut lightness, &mut by_blur);
-        }
-        let model = &self.scene.model;
-        let contrast = model.contrast();
-        let mut residuals = self.crossing.near.map(f32::from);
-        let (least, most) = self.scene.ends;
-        let mut any = 0.0;
-        for i in 0..NEAR {
-            let level = (model.dark + contrast * lightness[i]) * (self.light + self.slope * PLACES[i]);
-            let told = level > least && level < most;
-            own[i] = if told { own[i] } else { 0.0 };
-            any += own[i];
-            residuals[i] -= level;
-        }
-        (any > 0.0).then_some(Samples { own, lightness, by_blur, by_place, residuals })
-    }
-
-    /// Adds what the edges beside this one give to its samples: light of the dark area beyond, and dark of the light area
-    /// beyond. What is nearer to them is theirs.
-    fn add_next(
-        &self,
-        depths: &[f32; NEAR],
-        own: &mut [f32; NEAR],
-        lightness: &mut [f32; NEAR],
-        by_blur: &mut [f32; NEAR],
-    ) {
-        let blur = self.scene.model.blur;
-        for (next, beyond) in self.next.near.into_iter().zip([-1.0, 0.0]) {
-            let Some(next) = self.scene.outline(next) else { continue };
+        if let Some(exact) = self.exact.as_ref().filter(|_| scene.overlapping) {
             for i in 0..NEAR {
-                let (outwards, curvature) = distance(next, self.place(PLACES[i]), &self.axes);
-                let depth = -next.inside * outwards;
-                let (z, lead) = (depth / blur, -0.5 * next.inside * curvature * blur);
-                let (share, density) = normal(z + lead);
-                lightness[i] += share + beyond;
-                by_blur[i] += density * (lead - z);
-                if depth.abs() <= depths[i].abs() {
-                    own[i] = 0.0;
+                if own[i] {
+                    own[i] = self.add_next(exact, i, depths[i], (&mut lightness[i], &mut by_blur[i]));
                 }
             }
         }
+        let (mut n, mut misfit, mut residuals) = (0, 0, [0; NEAR]);
+        for i in 0..NEAR {
+            let light = self.light + ((self.slope * (2 * i as i32 - 5) + (1 << 6)) >> 7);
+            let level = scale(scene.mixed(lightness[i]), light);
+            if own[i] && scene.is_told(level) {
+                residuals[i] = i32::from(self.crossing.near[i]) * GREY - level;
+                misfit = misfit.max(residuals[i].abs());
+                n += 1;
+            } else {
+                (lightness[i], by_blur[i], by_place[i]) = (0, 0, 0);
+            }
+        }
+        let excess = residuals[1] + residuals[NEAR - 2];
+        let sums = [&lightness, &by_blur, &by_place, &residuals];
+        (n > 0).then(|| Samples { sums: Sums::new(n, sums), misfit, excess })
+    }
+
+    /// Adds what the edges beside this one give to a sample: light of the dark area beyond, and dark of the light area beyond. Gives
+    /// whether this edge is the nearest one.
+    fn add_next(
+        &self,
+        exact: &exact::Place,
+        i: usize,
+        depth: i32,
+        (lightness, by_blur): (&mut i32, &mut i32),
+    ) -> bool {
+        let scene = self.scene;
+        let mut nearest = true;
+        for (next, beyond) in self.track.near.into_iter().zip([-ONE, 0]) {
+            let Some(next) = scene.outline(next) else { continue };
+            let (other, bend) = exact.depth(next, near_place(i));
+            let (z, lead) = (scene.deviations(other), scene.lead(bend));
+            let (share, density) = normal_fixed(z + lead);
+            *lightness += share + beyond;
+            *by_blur += (density * (lead - z)) >> 12;
+            nearest &= other.abs() > depth.abs();
+        }
+        *lightness = (*lightness).clamp(-ONE / 8, ONE + ONE / 8);
+        nearest
     }
 
     /// Where the axis passes the edge, in the frame where that is the unit circle.
-    pub fn direction(&self) -> (f32, f32) {
-        self.outline.frame.vector(self.passage.from_centre.0, self.passage.from_centre.1)
+    pub fn direction(&self) -> (i32, i32) {
+        self.passage.direction
     }
 
-    fn is_told(&self, level: f32) -> bool {
-        level > self.scene.ends.0 && level < self.scene.ends.1
+    pub fn reach(&self) -> i32 {
+        self.passage.reach
     }
 
-    /// What `samples` tell.
+    pub fn light(&self) -> i32 {
+        self.light
+    }
+
+    /// The middle between its inner samples.
+    pub fn place(&self) -> Place {
+        self.place_at(0)
+    }
+
+    /// The place `at`, px / 2 from that on the axis.
     #[inline]
-    pub fn told(&self, samples: &Samples) -> Told {
-        let model = &self.scene.model;
-        let (u, v) = self.direction();
-        let unit = 1.0 / self.scene.size;
-        Told {
-            terms: [u * u - v * v, 2.0 * u * v, 1.0, u, v],
-            reach: -0.5 / self.passage.norm,
-            by_place: self.outline.inside * model.contrast() * self.light / model.blur,
-            light: self.light,
-            place: (self.seen.0 * unit, self.seen.1 * unit),
-            sums: samples.sums(),
-        }
+    fn place_at(&self, at: i32) -> Place {
+        let (along, across) = (self.scene.place(self.middle.0 + at), self.scene.place(self.middle.1));
+        if self.axis == Axis::Row { Place { x: along, y: across } } else { Place { x: across, y: along } }
     }
 
-    /// The far stretches before and after the near samples, where they tell the levels; and whether one is clipped.
-    pub fn far(&self) -> ([Option<Far>; 2], bool) {
-        let [before, after] = self.crossing.far().map(|stretch| stretch.mean());
-        let clipped = !self.is_told(before.1) || !self.is_told(after.1);
-        ([self.stretch(-1.0, before), self.stretch(1.0, after)], clipped)
-    }
-
-    fn stretch(&self, side: f32, (pixels, level): (f32, f32)) -> Option<Far> {
-        let blur = self.scene.model.blur;
-        let (first, last) = (side * FAR, side * (FAR + pixels - 1.0));
-        let bright = side == self.sign;
-        if !self.is_told(level) {
-            return None;
-        }
-        let (depth, bend) = self.depth(first);
-        let z = depth / blur + bend * blur;
-        let z = if bright { -z } else { z };
-        let tail = if z > -OVER { mean_tail(z, self.passage.cosine / blur, pixels) } else { 0.0 };
-        // Outwards only the next edge can be near, and that at the end; inwards the next edge or the other side of this one.
-        let inwards = bright == (self.lightward < 0.0);
-        let clear = match self.scene.outline(self.next.far[usize::from(inwards)]) {
-            Some(next) => {
-                let nearest =
-                    if inwards { self.nearest(next).max(first.min(last)).min(first.max(last)) } else { last };
-                distance(next, self.place(nearest), &self.axes).0.abs()
+    /// Calls `told` with the far stretches before and after the near samples, where they tell the levels. Gives whether one is
+    /// clipped.
+    #[inline]
+    pub fn far(&self, mut told: impl FnMut(Far)) -> bool {
+        let scene = self.scene;
+        let mut clipped = false;
+        for (side, stretch) in [-1, 1].into_iter().zip(self.crossing.far()) {
+            let (log, sum) = stretch.sum();
+            let level = (i32::from(sum) * GREY) >> log;
+            if !scene.is_told(level) {
+                clipped = true;
+                continue;
             }
-            None if inwards => self.depth(last).0.abs(),
-            None if self.scene.ringed => return None,
-            None => f32::INFINITY,
-        };
-        let middle = 0.5 * (first + last);
-        let place = match self.crossing.axis() {
-            Axis::Row => (self.seen.0 + middle, self.seen.1),
-            Axis::Column => (self.seen.0, self.seen.1 + middle),
-        };
-        let told = tail < TAIL && clear > CLEAR * blur;
-        told.then_some(Far { pixels, level, lightness: if bright { 1.0 - tail } else { tail }, place })
+            let bright = side == self.sign;
+            let tail = self.tail(side, bright, log);
+            if tail >= TAIL || !self.is_clear(side, bright, log) {
+                continue;
+            }
+            let mixed = scene.mixed(if bright { ONE - tail } else { tail });
+            // Its middle, px / 2.
+            let at = side * (6 + (1 << log));
+            let light = (self.light + ((self.slope * at) >> 7)).clamp(LEAST_LIGHT, MOST_LIGHT);
+            let residual = level - scale(mixed, light);
+            told(Far { log, bright, residual, place: self.place_at(at) });
+        }
+        clipped
     }
 
-    /// Where the axis comes nearest to the centre of an outline, in the measure of its ellipse.
-    fn nearest(&self, outline: &Outline) -> f32 {
-        let (slope, _) = outline.shape.gradient(self.middle.0, self.middle.1);
-        -dot(slope, self.axes.along) / outline.shape.square(self.axes.along.0, self.axes.along.1)
+    /// Share that a far stretch has of the edge.
+    #[inline]
+    fn tail(&self, side: i32, bright: bool, log: u32) -> i32 {
+        let scene = self.scene;
+        let z = match &self.exact {
+            Some(exact) if scene.tight => {
+                let (depth, bend) = exact.depth(self.track.outline, side * FAR);
+                scene.deviations(depth) + scene.lead(bend)
+            }
+            _ => self.beyond(side * FAR) + scene.lead(self.bend),
+        };
+        let z = if bright { -z } else { z };
+        if z <= -OVER {
+            return 0;
+        }
+        mean_tail(z, self.series[0] >> 1, log)
+    }
+
+    /// Whether a far stretch is clear of the other edges, and of the other side of this one.
+    #[inline]
+    fn is_clear(&self, side: i32, bright: bool, log: u32) -> bool {
+        // In px / 4.
+        let first = 2 * self.middle.0 + side * 14;
+        let last = first + side * (4 << log) - 4 * side;
+        let inwards = bright != self.track.dark_inside;
+        self.track.is_clear(self.axis, inwards, (first, last), 2 * self.middle.1)
     }
 }
 
-impl Far {
-    /// Room for its error beyond `limit` grey levels: `noise` is that of a pixel.
-    pub fn limit(&self, limit: f32, noise: f32) -> f32 {
-        limit + 4.0 * noise / math::sqrt(self.pixels)
+/// Place of a near sample on the axis, px from the middle.
+fn near_place(i: usize) -> i32 {
+    FIRST + i as i32 * PX
+}
+
+/// Mean share of the step over a stretch of pixels, the first of which is at `z` standard deviations, below 0, and which lead away
+/// from the edge by `k` each.
+fn mean_tail(z: i32, k: i32, log: u32) -> i32 {
+    if log == 0 {
+        return normal_fixed(z).0;
     }
+    // The integral of the tail from the border of the first pixel.
+    let z = z + (k >> 1);
+    let (share, density) = normal_fixed(z);
+    (((density + ((z * share) >> 12)) << 12) / k.max(1)) >> log
 }

@@ -1,8 +1,13 @@
-//! Where the axis of a crossing passes an ellipse.
+//! Where the axis of a crossing passes an ellipse, in f32: where a lens distorts the image, and where edges bend much or blur into
+//! each other.
 
+use super::fixed::{BEND, ONE, PX, fixed};
+use super::line;
 use crate::appearance::Outline;
 use crate::fit::Shape;
 use crate::math;
+use crate::measure::Origin;
+use crate::scan::Axis;
 
 /// The axis of a crossing: vectors along and across it in the undistorted plane, for 1 px in the image.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +24,63 @@ impl Axes {
     }
 }
 
+/// The middle of a crossing, and its axis there, in the undistorted plane about the origin.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    middle: (f32, f32),
+    axes: Axes,
+}
+
+impl Place {
+    /// Of a middle along and across the axis, px / 2 about the origin.
+    pub fn new(axis: Axis, (along, across): (i32, i32), origin: &Origin) -> Option<Self> {
+        let (along, across) = (0.5 * along as f32, 0.5 * across as f32);
+        let row = axis == Axis::Row;
+        let middle = origin.place(if row { (along, across) } else { (across, along) })?;
+        let [xx, xy, yx, yy] = origin.slope(middle);
+        let (x, y) = ((xx, yx), (xy, yy));
+        let axes = if row { Axes { along: x, across: y } } else { Axes { along: y, across: x } };
+        Some(Self { middle, axes })
+    }
+
+    /// Distance of the place `at` on the axis from an outline, towards light, and half the curvature there, positive where the edge
+    /// bends away from light.
+    pub fn depth(&self, outline: &Outline, at: i32) -> (i32, i32) {
+        let at = at as f32 / PX as f32;
+        let place = (self.middle.0 + at * self.axes.along.0, self.middle.1 + at * self.axes.along.1);
+        let (distance, curvature) = distance(outline, place, &self.axes);
+        let lightward = -outline.inside;
+        (bounded(lightward * distance, DEEPEST, PX), bounded(0.5 * lightward * curvature, 1.0, BEND))
+    }
+
+    /// Where the axis passes an outline.
+    pub fn passage(&self, outline: &Outline) -> Option<line::Passage> {
+        let passage = Passage::new(&outline.shape, self.middle, &self.axes)?;
+        let (a, _) = outline.shape.semi_axes();
+        let inverse = 1.0 / passage.norm;
+        let share = |x: f32| fixed(x * inverse, ONE);
+        let change = |x: f32| bounded(x * inverse, 1.0, BEND);
+        let (u, v) = outline.frame.vector(passage.from_centre.0, passage.from_centre.1);
+        Some(line::Passage {
+            at: bounded(passage.at, AWAY, PX),
+            cosines: (share(passage.gradient.0), share(passage.gradient.1)),
+            change: (change(passage.change.0), change(passage.change.1)),
+            bend: bounded(0.5 * passage.curvature(outline, &self.axes), 1.0, BEND),
+            reach: bounded(inverse / a, 1.5, ONE),
+            direction: (fixed(u, ONE), fixed(v, ONE)),
+        })
+    }
+}
+
+/// Largest distances that are told from each other, px: from an outline, and to it along the axis.
+const DEEPEST: f32 = 11.0;
+const AWAY: f32 = 4.0;
+
+/// `x` where one is `one`, but at most `most`.
+fn bounded(x: f32, most: f32, one: i32) -> i32 {
+    fixed(x.clamp(-most, most), one)
+}
+
 /// The place where the axis passes an ellipse. Lengths in px of the image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passage {
@@ -31,8 +93,6 @@ pub(super) struct Passage {
     pub change: (f32, f32),
     /// Length of the gradient.
     pub norm: f32,
-    /// |cosine| of the angle between axis and normal.
-    pub cosine: f32,
 }
 
 impl Passage {
@@ -58,7 +118,6 @@ impl Passage {
             gradient: (root, across),
             change: (bend, across_bend),
             norm,
-            cosine: root.abs() / norm,
         })
     }
 
@@ -66,16 +125,6 @@ impl Passage {
     pub fn curvature(&self, outline: &Outline, axes: &Axes) -> f32 {
         let inverse = 1.0 / self.norm;
         outline.det * axes.areas() * inverse * inverse * inverse
-    }
-
-    /// 1 if the place `from` px farther on the axis is nearer to this edge than to the other side of the ellipse, and the
-    /// axis the steeper one there, else 0: so each pixel counts once, though rows and columns both pass it.
-    #[inline]
-    pub fn owns(&self, from: f32) -> f32 {
-        let along = self.gradient.0 + self.change.0 * from;
-        let across = self.gradient.1 + self.change.1 * from;
-        let owned = along.abs() >= across.abs() && along * self.gradient.0 > 0.0;
-        if owned { 1.0 } else { 0.0 }
     }
 }
 

@@ -1,0 +1,259 @@
+//! Where the axis of a crossing passes an ellipse, in integers: for an image without distortion.
+
+use super::fixed::{BEND, ONE, PX, fixed, reciprocal, scale, wide};
+use crate::appearance::Outline;
+use crate::fit::{Frame, Shape};
+use crate::math;
+
+/// Bits of the frame of an ellipse, and of places in it.
+const FRAME: u32 = 30;
+const PLACE: u32 = 28;
+/// The same for a look that need not be exact.
+const COARSE: u32 = 22;
+/// Farthest place in the frame that is looked at.
+const FARTHEST: u32 = 11 << (PLACE - 3);
+/// Farthest from the ellipse, 1/16384 px: before and after the gradient's length is known.
+const DEEPEST: [i32; 2] = [60_000, 50_000];
+/// Largest change of the cosine along the axis, 1/px.
+const BENT: i32 = BEND * 2 / 5;
+/// Least square of the gradient in units of the semi-minor axis.
+const FLAT: u32 = 1 << 22;
+/// Least |cosine| of an axis of which a pixel can be nearer to the edge than along the other axis.
+const LEAST_COSINE: i32 = ONE * 7 / 20;
+/// Farthest that an axis is followed to the ellipse, px.
+const REACH: i32 = 3 << 13;
+/// Steps to the place where it passes.
+const STEPS: usize = 4;
+
+/// The place where an axis passes an ellipse.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passage {
+    /// On the axis, from the middle of the crossing, px.
+    pub at: i32,
+    /// Cosines of the outward normal along and across the axis, and how they change along it, 1/px, before that is normalised.
+    pub cosines: (i32, i32),
+    pub change: (i32, i32),
+    /// Half the curvature of the ellipse, 1/px.
+    pub bend: i32,
+    /// 1 / length of the conic's gradient, in units of its semi-major axis.
+    pub reach: i32,
+    /// The place in the frame where the ellipse is the unit circle.
+    pub direction: (i32, i32),
+}
+
+impl Passage {
+    /// For each place on the axis, px from the middle and 1 px apart: whether it is nearer to this edge than to the other side of
+    /// the ellipse, and the axis the steeper one there. So each pixel counts once, though rows and columns both pass it.
+    #[inline]
+    pub fn owns<const N: usize>(&self, first: i32) -> [bool; N] {
+        let from = first - self.at;
+        let start = |cosine: i32, change: i32| (cosine << 2) + ((change * from) >> 12);
+        let mut along = start(self.cosines.0, self.change.0);
+        let mut across = start(self.cosines.1, self.change.1);
+        let outwards = self.cosines.0 > 0;
+        let owned = |along: i32, across: i32| along.abs() >= across.abs() && (along > 0) == outwards;
+        let steps = N as i32 - 1;
+        // Those that are owned lie side by side.
+        if owned(along, across) && owned(along + steps * self.change.0, across + steps * self.change.1) {
+            return [true; N];
+        }
+        let mut owns = [false; N];
+        for own in &mut owns {
+            *own = owned(along, across);
+            along += self.change.0;
+            across += self.change.1;
+        }
+        owns
+    }
+}
+
+/// An ellipse as rows, or columns, pass it: coordinates along and across these.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    /// Its centre, px, and its frame, 1/px.
+    centre: (i32, i32),
+    frame: [i32; 3],
+    /// The same frame in units of the semi-minor axis.
+    by_minor: [i32; 3],
+    /// Second derivatives of half the conic, along twice and along and across, in units of the semi-minor axis.
+    second: (i32, i32),
+    minor: i32,
+    /// Semi-minor axis over semi-major axis.
+    ratio: i32,
+    /// Half the largest curvature, 1/px.
+    bend: i32,
+    /// From its frame to that of the outline.
+    turn: [i32; 4],
+}
+
+impl Line {
+    /// For rows and for columns. `None` if it is no ellipse.
+    pub fn both(outline: &Outline) -> Option<[Self; 2]> {
+        let shape = &outline.shape;
+        let (row, column) = (outline.frame, Frame::new(&shape.transposed())?);
+        let across = 1.0 / (column.l0 * column.l2);
+        let turn = [
+            row.l1 / column.l0,
+            row.l0 / column.l2 - row.l1 * column.l1 * across,
+            row.l2 / column.l0,
+            -row.l2 * column.l1 * across,
+        ];
+        let minor = outline.minor;
+        Some([
+            Self::new(shape, &row, minor, [1.0, 0.0, 0.0, 1.0]),
+            Self::new(&shape.transposed(), &column, minor, turn),
+        ])
+    }
+
+    fn new(shape: &Shape, frame: &Frame, minor: f32, turn: [f32; 4]) -> Self {
+        let frame = [frame.l0, frame.l1, frame.l2];
+        let [l0, l1, _] = frame;
+        let ratio = minor * minor * math::sqrt(shape.det());
+        Self {
+            centre: (fixed(shape.cx, PX), fixed(shape.cy, PX)),
+            frame: frame.map(|entry| fixed(entry, 1 << FRAME)),
+            by_minor: frame.map(|entry| fixed(minor * entry, 1 << 15)),
+            second: (fixed(minor * l0 * l0, BEND), fixed(minor * l0 * l1, BEND)),
+            minor: fixed(minor, PX),
+            ratio: fixed(ratio, ONE),
+            bend: fixed(0.5 / (minor * ratio), BEND),
+            turn: turn.map(|entry| fixed(entry, ONE)),
+        }
+    }
+    /// A place from the centre, px, from that about the origin, in 1/2 px.
+    pub fn about_centre(&self, (along, across): (i32, i32)) -> (i32, i32) {
+        ((along << 11) - self.centre.0, (across << 11) - self.centre.1)
+    }
+
+    /// Where the axis through a place near the ellipse, px from its centre, passes it. `None` where it misses it, or nearly.
+    #[inline]
+    pub fn passage(&self, (along, across): (i32, i32)) -> Option<Passage> {
+        let [l0, l1, l2] = self.frame;
+        let sum = i64::from(l0) * i64::from(along) + i64::from(l1) * i64::from(across);
+        let (u, v) = ((sum >> 14) as i32, wide(l2, across, 14));
+        if u.unsigned_abs() > FARTHEST || v.unsigned_abs() > FARTHEST {
+            return None;
+        }
+        let excess = wide(u, u, PLACE) + wide(v, v, PLACE) - (1 << PLACE);
+        let (u, v) = (u >> 13, v >> 13);
+        let [m0, m1, m2] = self.by_minor;
+        let gradient = ((m0 * u) >> 15, (m1 * u + m2 * v) >> 15);
+        let inverse = Inverse::new(gradient)?;
+        let depth = wide(excess, self.minor, PLACE - 1);
+        if depth.abs() > DEEPEST[0] {
+            return None;
+        }
+        // To be solved: depth + cosine * at + change * at^2 / 2 = 0.
+        let depth = inverse.of(depth);
+        let cosines = (inverse.cosine(gradient.0), inverse.cosine(gradient.1));
+        let change = (inverse.of(self.second.0), inverse.of(self.second.1));
+        if cosines.0.abs() < LEAST_COSINE || depth.abs() > DEEPEST[1] || change.0 > BENT {
+            return None;
+        }
+        let by_cosine = (1 << 28) / cosines.0.abs().max(LEAST_COSINE) * cosines.0.signum();
+        let first = -(depth * (by_cosine >> 1)) >> 14;
+        let half = (change.0 * by_cosine) >> 15;
+        let mut at = first.clamp(-REACH, REACH);
+        for _ in 0..STEPS {
+            at = (first - ((half * ((at * at) >> 13)) >> 16)).clamp(-REACH, REACH);
+        }
+        let moved = |cosine: i32, change: i32| cosine + ((change * at) >> 15);
+        let cosines = (moved(cosines.0, change.0), moved(cosines.1, change.1));
+        let norm = reciprocal(cosines);
+        let reach = scale(inverse.of(self.ratio), norm);
+        let place = (u + (((l0 >> 13) * at) >> 15), v);
+        Some(Passage {
+            at: (at + 1) >> 1,
+            cosines: (scale(cosines.0, norm), scale(cosines.1, norm)),
+            change: (scale(change.0, norm), scale(change.1, norm)),
+            bend: scale(scale(scale(self.bend, reach), reach), reach),
+            reach,
+            direction: self.turned((place.0 >> 1, place.1 >> 1)),
+        })
+    }
+
+    fn turned(&self, (u, v): (i32, i32)) -> (i32, i32) {
+        let [uu, uv, vu, vv] = self.turn;
+        ((u * uu + v * uv) >> 14, (u * vu + v * vv) >> 14)
+    }
+}
+
+/// The reciprocal of the length of a vector.
+struct Inverse {
+    /// Of the length after so many doublings.
+    inverse: i32,
+    doublings: u32,
+}
+
+impl Inverse {
+    /// `None` of nothing. The vector's one is 1 << 15.
+    #[inline]
+    fn new((x, y): (i32, i32)) -> Option<Self> {
+        let square = x.unsigned_abs().pow(2) + y.unsigned_abs().pow(2);
+        if square < FLAT {
+            return None;
+        }
+        let doublings = square.leading_zeros() / 2;
+        let length = (square << (2 * doublings)).isqrt();
+        Some(Self { inverse: ((1 << 30) / length.max(1)) as i32, doublings })
+    }
+
+    /// `x` times it.
+    fn of(&self, x: i32) -> i32 {
+        (x * self.inverse) >> (15 - self.doublings)
+    }
+
+    /// A component of the vector times it.
+    fn cosine(&self, component: i32) -> i32 {
+        ((component << self.doublings) * self.inverse) >> 16
+    }
+}
+
+/// An ellipse grown by some width, which tells on which side of it a place is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Border {
+    centre: (i32, i32),
+    frame: [i32; 3],
+}
+
+impl Border {
+    /// For rows and for columns. `None` if the ellipse is not larger than the width by which it shrinks.
+    pub fn both(shape: &Shape, width: f32) -> Option<[Self; 2]> {
+        let grown = shape.widened(width)?;
+        let border = |shape: &Shape| {
+            let Frame { l0, l1, l2 } = Frame::new(shape)?;
+            Some(Self {
+                centre: (fixed(shape.cx, 4), fixed(shape.cy, 4)),
+                frame: [l0, l1, l2].map(|entry| fixed(entry, 1 << COARSE)),
+            })
+        };
+        Some([border(&grown)?, border(&grown.transposed())?])
+    }
+
+    /// The place, 1/4 px about the origin, in the frame.
+    #[inline]
+    fn place(&self, (along, across): (i32, i32)) -> (i32, i32) {
+        let [l0, l1, l2] = self.frame;
+        let (along, across) = (along - self.centre.0, across - self.centre.1);
+        let bounded = |x: i32| (x >> (COARSE + 2 - 14)).clamp(-2 * ONE, 2 * ONE);
+        (bounded(l0 * along + l1 * across), bounded(l2 * across))
+    }
+
+    /// Whether the place `along`, px / 4, lies inside.
+    pub fn contains(&self, along: i32, across: i32) -> bool {
+        let (u, v) = self.place((along, across));
+        is_inside(u, v)
+    }
+
+    /// Whether any place between these two on the axis lies inside.
+    pub fn meets(&self, (from, to): (i32, i32), across: i32) -> bool {
+        let ((a, v), (b, _)) = (self.place((from, across)), self.place((to, across)));
+        // On the axis only u changes.
+        let nearest = if (a < 0) != (b < 0) { 0 } else { a.abs().min(b.abs()) };
+        is_inside(nearest, v)
+    }
+}
+
+fn is_inside(u: i32, v: i32) -> bool {
+    (u * u) as u32 + (v * v) as u32 <= 1 << 28
+}
