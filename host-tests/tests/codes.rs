@@ -218,7 +218,7 @@ fn careless(frame: &Frame, code: &Code, target: &Target) -> Option<u16> {
         let (column, row) = ((x + u * cos - v * sin).round(), (y + u * sin + v * cos).round());
         frame
             .pixels
-            .get(row as usize * frame.width as usize + column as usize)
+            .get(row as usize * frame.width + column as usize)
             .map_or(0.0, |&level| level.into())
     };
     let middle = level(0.0, 0.0) - f64::from(target.contrast) / 2.0;
