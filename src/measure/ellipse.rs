@@ -201,6 +201,9 @@ pub(super) fn even_sectors<'c>(
 /// Variance of the light beside edge `k` where it is even enough to be used, in units of the squared contrast.
 pub(super) fn light_variance(source: &Source<'_, '_>, k: usize) -> f32 {
     let (Some(edge), noise) = (source.edges.get(k), source.noise) else { return 0.0 };
+    if !is_uneven(source.crossings(k), noise) {
+        return 0.0;
+    }
     let shape = source.origin.undistorted_shape(&edge.shape);
     let light = shape.and_then(|shape| sector_light(&shape, source.crossings(k), source.origin));
     light.map_or(0.0, |light| light.variance(noise))

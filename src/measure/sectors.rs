@@ -171,8 +171,7 @@ impl SectorLight {
             return 0.0;
         }
         let between = squares - total * total / points;
-        // The noise is up to a fifth too large.
-        ((between - 0.75 * (filled - 1.0) * noise * noise) / points).max(0.0)
+        ((between - (filled - 1.0) * noise * noise) / points).max(0.0)
     }
 
     /// The sectors of a mask that make up this one.
