@@ -318,8 +318,6 @@ pub(crate) mod limits {
     pub const UNEVEN: f32 = 0.02;
     /// Room for the noise in that, standard deviations of a sector's mean.
     pub const UNEVEN_SIGMAS: f32 = 4.0;
-    /// Variance of the light beside an edge, in units of that of a sample, below which it is that of the rest of the target.
-    pub const EVEN_VARIANCE: f32 = 0.1;
     /// Variance of a target of which arcs are hidden, in units of what its edge points tell: what hides them reaches into some
     /// that are left.
     pub const COVERED_VARIANCE: f32 = 1.5;

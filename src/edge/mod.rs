@@ -12,7 +12,7 @@ mod place;
 mod profile;
 
 pub(crate) use levels::Levels;
-pub(crate) use place::{Blur, FREE, STEADY, measure_blur, place};
+pub(crate) use place::{Blur, measure_blur, place};
 
 use crate::fit::Shape;
 use crate::math;

@@ -25,12 +25,6 @@ const MAX_CHANGE: f32 = 0.5;
 /// Slope of the edge profile below which four samples hold no edge.
 const MIN_SLOPE: f32 = 1e-3;
 
-/// Variance of a sample in units of that of the light beside an edge point: where it may be any, but not so far that the samples of
-/// wide edges would tell nothing of the place, ...
-pub(crate) const FREE: f32 = 0.2;
-/// ... and where it is that of the levels.
-pub(crate) const STEADY: f32 = f32::INFINITY;
-
 /// What the edges' profiles tell.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Blur {
@@ -53,7 +47,7 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
             for crossing in pool.iter(edge.crossings).step_by(edge.stride()) {
                 let Some(local) = views.local(crossing) else { continue };
                 let profile = Profile::new(&local, crossing, levels, sigma);
-                let Some(placed) = profile.place(STEADY) else { continue };
+                let Some(placed) = profile.place() else { continue };
                 // The blur of the first pass is none of this target's.
                 if pass > 0 {
                     placed.add_noise(&mut spread);
@@ -75,20 +69,14 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
     Blur { sigma, noise }
 }
 
-/// Places an edge point at every crossing of edge `k`, with a blur of `sigma` px; `light` is [`FREE`] or [`STEADY`]. Gives the standard deviation of the samples about it, as a share of the
+/// Places an edge point at every crossing of edge `k`. Gives the standard deviation of the samples about it, as a share of the
 /// contrast.
-pub(crate) fn place(
-    edges: &Edges<'_>,
-    k: usize,
-    pool: &mut Pool<'_>,
-    levels: &Levels,
-    (sigma, light): (f32, f32),
-) -> f32 {
+pub(crate) fn place(edges: &Edges<'_>, k: usize, pool: &mut Pool<'_>, levels: &Levels, sigma: f32) -> f32 {
     let mut noise = Spread::default();
     let (Some(edge), Some(views)) = (edges.edges.get(k), edges.views(k)) else { return 0.0 };
     pool.for_each_mut(edge.crossings, |crossing| {
         let placed = views.local(crossing).and_then(|local| {
-            let placed = Profile::new(&local, crossing, levels, sigma).place(light)?;
+            let placed = Profile::new(&local, crossing, levels, sigma).place()?;
             placed.add_noise(&mut noise);
             let [first, .., last] = placed.residuals;
             let round = |value: f32| crate::math::round(256.0 * value);
@@ -147,12 +135,7 @@ impl Profile {
 
     /// The place of the edge with the least sum of squares: a matched filter, iterated from the sample nearest to half
     /// lightness. `None` if these samples hold no edge.
-    ///
-    /// Light that is added to all samples, of a variance that is that of a sample divided by `light`, is estimated with it
-    /// (restricted least squares with a prior): glare moves an edge of 0.8 px blur by 2.8 px for each unit of the contrast where it
-    /// is not. With [`FREE`] the variance of a place is 3.0 times as large.
-    fn place(&self, light: f32) -> Option<Placed> {
-        let beside = 1.0 / (4.0 + light);
+    fn place(&self) -> Option<Placed> {
         let [p0, ..] = self.places;
         let [l0, l1, l2, l3] = self.lightness;
         let pairs = [(1.0, l1, l2), (0.0, l0, l1), (2.0, l2, l3)];
@@ -167,19 +150,13 @@ impl Profile {
                 (share, density * self.edge.slope(x - place))
             });
             let (mut slope, mut square) = (0.0, 0.0);
-            let (mut sum, mut sum_of_slopes) = (0.0, 0.0);
             for ((residual, (share, derivative)), lightness) in
                 residuals.iter_mut().zip(at).zip(self.lightness)
             {
                 *residual = lightness - share;
                 slope -= derivative * *residual;
                 square += derivative * derivative;
-                sum += *residual;
-                sum_of_slopes += derivative;
             }
-            // The light beside the edge, one more unknown of the equations, is eliminated.
-            slope += beside * sum * sum_of_slopes;
-            square -= beside * sum_of_slopes * sum_of_slopes;
             if square < MIN_SLOPE * self.edge.k * self.edge.k {
                 return None;
             }

@@ -192,34 +192,14 @@ pub(super) fn even_sectors<'c>(
     origin: &Origin,
     noise: f32,
 ) -> Option<Sectors> {
-    if !is_uneven(crossings.clone(), noise) {
+    // Where nothing disturbs the light there is nothing to sort out.
+    let limit = 256.0 * (limits::UNEVEN + 3.0 * noise);
+    let uneven = |crossing: &Crossing| {
+        crossing.edge_point().is_some_and(|point| f32::from(point.excess).abs() > limit)
+    };
+    if !crossings.clone().any(uneven) {
         return Some(Sectors(u128::MAX));
     }
-    Some(sector_light(shape, crossings, origin)?.even(noise))
-}
-
-/// Variance of the light beside edge `k` where it is even enough to be used, in units of the squared contrast.
-pub(super) fn light_variance(source: &Source<'_, '_>, k: usize) -> f32 {
-    let (Some(edge), noise) = (source.edges.get(k), source.noise) else { return 0.0 };
-    if !is_uneven(source.crossings(k), noise) {
-        return 0.0;
-    }
-    let shape = source.origin.undistorted_shape(&edge.shape);
-    let light = shape.and_then(|shape| sector_light(&shape, source.crossings(k), source.origin));
-    light.map_or(0.0, |light| light.variance(noise))
-}
-
-/// Where nothing disturbs the light there is nothing to sort out.
-fn is_uneven<'c>(mut crossings: impl Iterator<Item = &'c Crossing>, noise: f32) -> bool {
-    let limit = 256.0 * (limits::UNEVEN + 3.0 * noise);
-    crossings.any(|crossing| crossing.edge_point().is_some_and(|point| f32::from(point.excess).abs() > limit))
-}
-
-fn sector_light<'c>(
-    shape: &Shape,
-    crossings: impl Iterator<Item = &'c Crossing>,
-    origin: &Origin,
-) -> Option<SectorLight> {
     let adjustment = Adjustment::new(*shape)?;
     let mut light = SectorLight::new(shape.semi_axes().1);
     for crossing in crossings {
@@ -229,7 +209,7 @@ fn sector_light<'c>(
             light.add(view.u, view.v, point.excess);
         }
     }
-    Some(light)
+    Some(light.even(noise))
 }
 
 /// Which points are used.

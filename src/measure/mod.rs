@@ -66,7 +66,9 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let edges = Edges { edges: &edges, origin };
     let pool = &mut scanner.pool;
     let (levels, blur) = disturbed_levels(&edges, pool, covered)?;
-    let noise = place(&edges, pool, (&levels, blur), (&about, covered));
+    // What disturbs one edge does not disturb all.
+    let noise = (0..edges.edges.len())
+        .fold(f32::INFINITY, |least, k| least.min(edge::place(&edges, k, pool, &levels, blur)));
     let source = Source { edges: edges.edges, pool, origin: &about, noise };
     let circles = choose(&fit_all(&source)?, settings, width)?;
     let light = Light::new(&levels, blur, circles.first());
@@ -84,31 +86,6 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     found.map(|target| target.less_sure(excess))
 }
 
-/// Places the edge points of all edges. Gives the noise of their samples, as a share of the contrast.
-///
-/// At first the light beside each point is free, which makes points less sure and glare harmless. Where a part of the target is
-/// covered and the light beside the rest is even, the points are then placed as they are surest.
-fn place(
-    edges: &Edges<'_>,
-    pool: &mut Pool<'_>,
-    (levels, blur): (&Levels, f32),
-    (origin, covered): (&Origin, bool),
-) -> f32 {
-    // What disturbs one edge does not disturb all.
-    let mut noise = f32::INFINITY;
-    for k in 0..edges.edges.len() {
-        noise = noise.min(edge::place(edges, k, pool, levels, (blur, edge::FREE)));
-    }
-    let source = Source { edges: edges.edges, pool, origin, noise };
-    let is_even = |k: usize| ellipse::light_variance(&source, k) < limits::EVEN_VARIANCE * noise * noise;
-    if covered && (0..edges.edges.len()).all(is_even) {
-        for k in 0..edges.edges.len() {
-            edge::place(edges, k, pool, levels, (blur, edge::STEADY));
-        }
-    }
-    noise
-}
-
 /// Levels and blur of a target of which not everything is seen (`covered`), or in front of which something is.
 fn disturbed_levels(edges: &Edges<'_>, pool: &Pool<'_>, covered: bool) -> Result<(Levels, f32), Reject> {
     let levels = Levels::first(edges, pool, BLUR_GUESS, covered).ok_or(Reject::LowContrast)?;
@@ -123,7 +100,7 @@ fn disturbed_levels(edges: &Edges<'_>, pool: &Pool<'_>, covered: bool) -> Result
             break;
         }
         blur = edge::measure_blur(edges, pool, &levels);
-        levels = levels.refined(edges, pool, &blur, true).ok_or(Reject::LowContrast)?;
+        levels = levels.refined(edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
         check_contrast(levels.contrast())?;
     }
     if disturbed(&levels, &blur) {

@@ -152,45 +152,19 @@ impl SectorLight {
         }
     }
 
-    /// Variance of the light around the sectors that are [`even`](Self::even), in units of the squared contrast, less what
-    /// the noise of a sample gives it.
-    pub fn variance(&self, noise: f32) -> f32 {
-        let even = self.even(noise);
-        let (mut points, mut total, mut squares, mut filled) = (0.0, 0.0, 0.0, 0.0);
-        for (i, &(sum, count)) in self.sums.iter().enumerate().filter(|(_, (_, count))| *count > 0) {
-            if self.bits(i) & even.0 == 0 {
-                continue;
-            }
-            let (sum, count) = (f32::from(sum) / 256.0, f32::from(count));
-            points += count;
-            total += sum;
-            squares += sum * sum / count;
-            filled += 1.0;
-        }
-        if filled < 2.0 {
-            return 0.0;
-        }
-        let between = squares - total * total / points;
-        ((between - (filled - 1.0) * noise * noise) / points).max(0.0)
-    }
-
-    /// The sectors of a mask that make up this one.
-    fn bits(&self, index: usize) -> u128 {
-        let each = SECTORS / self.count.max(1);
-        (u128::MAX >> (SECTORS - each)) << (index as u32 * each % SECTORS)
-    }
-
     /// The sectors whose mean is that of most, and that hardly other than none, for noise in units of the contrast.
     pub fn even(&self, noise: f32) -> Sectors {
         let mean = |sum: i16, count: u8| f32::from(sum) / (256.0 * f32::from(count.max(1)));
         let filled =
             || self.sums.iter().filter(|(_, count)| *count > 0).map(|&(sum, count)| mean(sum, count));
         let middle = median(filled).clamp(-limits::UNEVEN, limits::UNEVEN);
+        // Each of the sectors here is some of those of the mask.
+        let each = SECTORS / self.count.max(1);
         let (mut filled, mut uneven, mut suspect) = (Sectors(0), Sectors(0), Sectors(0));
         for (i, &(sum, count)) in self.sums.iter().enumerate().filter(|(_, (_, count))| *count > 0) {
             let sigma = noise / math::sqrt(2.0 * f32::from(count));
             let excess = (mean(sum, count) - middle).abs();
-            let bits = self.bits(i);
+            let bits = (u128::MAX >> (SECTORS - each)) << (i as u32 * each % SECTORS);
             let mark = |sectors: &mut Sectors, over: bool| sectors.0 |= if over { bits } else { 0 };
             mark(&mut filled, true);
             mark(&mut uneven, excess > limits::UNEVEN + limits::UNEVEN_SIGMAS * sigma);
