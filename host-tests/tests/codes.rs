@@ -141,7 +141,7 @@ fn failures(count: u64, side: f64) -> Vec<String> {
 #[test]
 fn ids_are_right_at_any_tilt() {
     let count = frames("CONCENTRIC_CODED", 3000);
-    for (what, side, most) in [("with room about", ROOMY, 0.001), ("that fill the frame", 0.0, 0.0125)] {
+    for (what, side, most) in [("with room about", ROOMY, 0.001), ("that fill the frame", 0.0, 0.015)] {
         let failures = failures(count, side);
         println!("{what}: {} of {count} coded targets identified", count as usize - failures.len());
         let found = failures.iter().filter(|failure| !failure.ends_with(": []")).count();
@@ -216,10 +216,7 @@ fn careless(frame: &Frame, code: &Code, target: &Target) -> Option<u16> {
     let level = |radius: f64, turn: f64| {
         let (u, v) = (radius * f64::from(ellipse.a) * turn.cos(), radius * f64::from(ellipse.b) * turn.sin());
         let (column, row) = ((x + u * cos - v * sin).round(), (y + u * sin + v * cos).round());
-        frame
-            .pixels
-            .get(row as usize * frame.width + column as usize)
-            .map_or(0.0, |&level| level.into())
+        frame.pixels.get(row as usize * frame.width + column as usize).map_or(0.0, |&level| level.into())
     };
     let middle = level(0.0, 0.0) - f64::from(target.contrast) / 2.0;
     let radius = f64::from(0.5 * (code::INNER + code::OUTER));
