@@ -170,11 +170,13 @@ impl<'s> Strips<'s> {
             }
             let Self { data, noise, count, blocks, .. } = &mut *self;
             // Every other word, and the others in the next block.
-            let calm = if blocks.is_multiple_of(2) { calm::<0> } else { calm::<1> };
+            let even = blocks.is_multiple_of(2);
             let strips = strips_mut(data, *count);
             let from = inside.start;
             let (looked, lines) = (strips.get_mut(inside.clone()), a.get(from..));
-            inside.start += calm(looked.unwrap_or_default(), lines.unwrap_or_default(), width);
+            let (looked, lines) = (looked.unwrap_or_default(), lines.unwrap_or_default());
+            inside.start +=
+                if even { calm::<0>(looked, lines, width) } else { calm::<1>(looked, lines, width) };
             if inside.is_empty() {
                 // No strips, or the last of a region.
                 if inside.start == from || is_whole {

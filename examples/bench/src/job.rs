@@ -27,8 +27,8 @@ pub const DETAIL: Detail = Detail::Full;
 pub type Small = Storage<320, 24, 952>;
 /// Storage of frames up to 640 px wide: the same (21 outlines, 1726 crossings).
 pub type Medium = Storage<640, 24, 1900>;
-/// Storage of frames up to 1280 px wide: the same (21 outlines, 3482 crossings).
-pub type Large = Storage<1280, 24, 3830>;
+/// Storage of frames up to 1280 px wide: the same (25 outlines, 3482 crossings).
+pub type Large = Storage<1280, 28, 3830>;
 
 /// Any concentric circles, and the exact centre.
 pub const SETTINGS: Settings = Settings::new(TargetSpec::any()).compensation(Compensation::Exact);

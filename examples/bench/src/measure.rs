@@ -71,6 +71,17 @@ pub fn take_word(rest: &mut &[u8]) -> Option<u32> {
     Some(u32::from_le_bytes(*word))
 }
 
+/// Shows the whole frame to the detector before it is measured.
+pub fn see_noise(detector: &mut Detector<'_>, frame: &Frame<'_, '_>) -> Option<()> {
+    let refusals = Refusals::default();
+    let mut scan = detector.begin_observed(frame.width, frame.height, &refusals).ok()?;
+    for row in frame.pixels.chunks_exact(usize::from(frame.width).max(1)) {
+        scan.push_row(row).ok()?.for_each(drop);
+    }
+    scan.finish().ok()?.for_each(drop);
+    Some(())
+}
+
 /// Gives the rows of a frame to the detector, and its targets to the report.
 #[inline(never)]
 pub fn measure_frame<'b>(
