@@ -14,8 +14,8 @@ use super::Real;
 /// For two circles with a ratio of 0.4 to 0.5 that excess is 10 % of the RMS error, at no eccentricity at all and at 5 times
 /// the standard deviation of the outer ellipse's centre. Pretests (Judge and Bock 1978, "The statistical implications of
 /// pre-test and Stein-rule estimators in econometrics") come to 25 %, firm thresholds to 13 %, z^2 / (z^2 + c) to 11 %, each
-/// with its best constants; no rule at all comes below 7 % (least favourable prior, in the tests). Other ratios have more to
-/// lose: 12 % at 0.3 and 0.6, 16 % at 0.7, of which no rule saves more than 4 %.
+/// with its best constants; no rule at all comes below 7 % at 0.5 (least favourable prior, in the tests). Other ratios have more to
+/// lose: 12 % at 0.3 and 0.6, 16 % at 0.7; no rule comes below 9 % at 0.3 and 12 % at 0.7.
 ///
 /// No covariance that follows from the correction alone is right at every eccentricity. The one here is right to 10 % (with a
 /// ratio of 0.5) from an eccentricity of 2 standard deviations on; below it is too large, in the end 1.6 times.
