@@ -105,9 +105,6 @@ impl Part {
         own.lp += sums.lp >> (28 - SUM_BITS);
         own.bp += sums.bp >> (28 - SUM_BITS);
         own.pp += sums.pp >> (28 - SUM_BITS);
-        own.r += sums.r << (RIGHT_BITS - 6);
-        own.lr += sums.lr >> (20 - RIGHT_BITS);
-        own.br += sums.br >> (20 - RIGHT_BITS);
     }
 }
 
@@ -140,19 +137,6 @@ impl Here {
 
     fn mixed(&self, dark: i32, bright: i32) -> i32 {
         scale(dark, self.dark) + scale(bright, self.bright)
-    }
-
-    /// The same of a quantity with more bits.
-    fn with_levels_wide(&self, sum: i32, with_lightness: i32) -> [i64; 4] {
-        let (dark, bright) = (sum - with_lightness, with_lightness);
-        let mixed = wide(dark, self.dark, 14) + wide(bright, self.bright, 14);
-        let product = |a: i32, b: i32| i64::from(a) * i64::from(b);
-        [
-            product(dark, self.light),
-            product(bright, self.light),
-            product(mixed, self.place.x),
-            product(mixed, self.place.y),
-        ]
     }
 }
 
@@ -286,10 +270,18 @@ impl Arrow {
 
     /// Adds a crossing that lies in `part`.
     #[inline]
-    pub fn add(&mut self, part: &mut Part, view: &View<'_>, sums: &Sums) {
+    pub fn add(&mut self, part: &mut Part, view: &View<'_>, sums: &Sums, scene: &Scene<'_>) {
         part.add(view, sums);
         if let Some(block) = self.blocks.last_mut() {
             block.add(view, sums);
+        }
+        let (r, lr) = (sums.r << (RIGHT_BITS - 6), sums.lr >> (20 - RIGHT_BITS));
+        let mixed = wide(r - lr, scene.dark, 14) + wide(lr, scene.bright, 14);
+        let (light, Place { x, y }) = (view.light(), view.place());
+        let products =
+            [(r - lr, light), (lr, light), (mixed, x), (mixed, y), (sums.br >> (20 - RIGHT_BITS), light)];
+        for (right, (a, b)) in self.right.iter_mut().zip(products) {
+            *right += i64::from(a) * i64::from(b);
         }
         self.squares += i64::from(sums.rr);
         self.samples += sums.n;
@@ -331,12 +323,6 @@ impl Arrow {
             for j in 0..=i {
                 self.shared[i][j] += i64::from(rows[i][j]) << log;
             }
-        }
-        let Sums { r, lr, br, .. } = part.sums;
-        let [dark, bright, by_x, by_y] = here.with_levels_wide(r, lr);
-        let blur = i64::from(br) * i64::from(light);
-        for (right, sum) in self.right.iter_mut().zip([dark, bright, by_x, by_y, blur]) {
-            *right += sum;
         }
     }
 

@@ -53,6 +53,12 @@ impl Place {
         (bounded(lightward * distance, DEEPEST, PX), bounded(0.5 * lightward * curvature, 1.0, BEND))
     }
 
+    /// Where the axis comes nearest to the centre of an outline, in the measure of its ellipse.
+    pub fn nearest(&self, outline: &Outline) -> i32 {
+        let (slope, _) = outline.shape.gradient(self.middle.0, self.middle.1);
+        fixed(-dot(slope, self.axes.along) / dot(outline.shape.product(self.axes.along), self.axes.along), PX)
+    }
+
     /// Where the axis passes an outline.
     pub fn passage(&self, outline: &Outline) -> Option<line::Passage> {
         let passage = Passage::new(&outline.shape, self.middle, &self.axes)?;

@@ -215,7 +215,7 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
             if let (Some((sum, count)), Some(part)) = (light.get_mut(part), parts.get_mut(part)) {
                 *sum += samples.excess;
                 *count += 1;
-                pass.arrow.add(part, &view, &samples.sums);
+                pass.arrow.add(part, &view, &samples.sums, scene);
             }
             pass.add_far(&view, gate);
         }

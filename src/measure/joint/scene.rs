@@ -25,7 +25,7 @@ pub(super) struct Scene<'m> {
     /// These, or edges that bend much: every sample is seen by itself.
     pub tight: bool,
     /// Around the target there may be the segments of a code: what is far outside of it tells nothing.
-    ringed: bool,
+    pub ringed: bool,
     /// Unit of places, px.
     pub unit: f32,
     /// Grey levels.
@@ -100,6 +100,11 @@ impl<'m> Scene<'m> {
         (bend * self.blur + (1 << 15)) >> 16
     }
 
+    /// Whether an edge at this distance, px, leaves a level as it is.
+    pub fn is_clear(&self, distance: i32) -> bool {
+        self.deviations(distance.abs()) > (CLEAR * PX as f32) as i32
+    }
+
     #[inline]
     pub fn is_told(&self, level: i32) -> bool {
         level > self.ends.0 && level < self.ends.1
@@ -119,18 +124,20 @@ impl<'m> Scene<'m> {
         let (outer, inner) = (k.checked_sub(1), Some(k + 1));
         let [outside, inside] = [next(outer, NEAR), next(inner, NEAR)];
         let clear = CLEAR * self.model.blur;
-        let outwards = match self.outline(next(outer, FAR)) {
+        let far = [next(outer, FAR), next(inner, FAR)];
+        let outwards = match self.outline(far[0]) {
             Some(outer) => Room::Within(Border::both(&outer.shape, -clear)),
             None if self.ringed => Room::None,
             None => Room::All,
         };
-        let inwards = match self.outline(next(inner, FAR)) {
+        let inwards = match self.outline(far[1]) {
             Some(inner) => Room::Around(Border::both(&inner.shape, clear)),
             None => Room::Within(Border::both(&outline.shape, -clear)),
         };
         Some(Track {
             outline,
             near: if dark_inside { [outside, inside] } else { [inside, outside] },
+            far,
             dark_inside,
             lines: Line::both(outline)?,
             room: [outwards, inwards],
@@ -161,6 +168,8 @@ pub(super) struct Track<'m> {
     pub outline: &'m Outline,
     /// The outlines that have a part in its samples: on the light side and on the dark side.
     pub near: [Option<usize>; 2],
+    /// Those that its far stretches may reach: outside and inside.
+    pub far: [Option<usize>; 2],
     pub dark_inside: bool,
     /// As rows and as columns see it.
     lines: [Line; 2],

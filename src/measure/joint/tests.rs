@@ -2,7 +2,7 @@ extern crate std;
 
 use super::arrow::{Arrow, PARTS, Part};
 use super::exact::{Axes, Passage, Place, distance};
-use super::fixed::{BEND, GREY, ONE, PX, sector, unit};
+use super::fixed::{BEND, ONE, PX, sector, unit};
 use super::line::{Border, Line};
 use super::scene::Scene;
 use super::view::View;
@@ -84,7 +84,7 @@ fn arrow(model: &Model, crossings: &[(usize, Crossing)]) -> Arrow {
             let Some(view) = View::new(&scene, &track, crossing, &origin) else { continue };
             let Some(samples) = view.samples() else { continue };
             let part = &mut parts[sector(view.direction()) as usize * PARTS / 128];
-            arrow.add(part, &view, &samples.sums);
+            arrow.add(part, &view, &samples.sums, &scene);
         }
         arrow.add_parts(&parts, &scene);
     }
@@ -114,7 +114,7 @@ fn equations_are_the_slope_of_the_squares() {
                 0..10 => 1e-3,
                 10 | 11 => 0.3,
                 12 | 13 => 3e-3,
-                _ => 6e-3,
+                _ => 1e-2,
             };
             let squares = |by: f32| {
                 let mut moved = model.clone();
@@ -126,7 +126,7 @@ fn equations_are_the_slope_of_the_squares() {
             let deviation = libm::sqrtf(m[unknown][unknown]);
             let (right, slope) = (right[unknown] / deviation, slope / deviation);
             assert!(
-                (right - slope).abs() < 0.25 * (1.0 + slope.abs()),
+                (right - slope).abs() < 0.08 * (1.0 + slope.abs()),
                 "{ratio} {unknown}: {right} for {slope}"
             );
         }
@@ -169,7 +169,9 @@ fn parts_have_the_sums_of_their_samples() {
     for i in 0..2 * OWN + SHARED {
         let want = samples.iter().map(|(terms, residual)| terms[i] * residual).sum::<f64>();
         let deviation = product(i, i).sqrt();
-        assert!((f64::from(right[i]) - want).abs() < 0.4 * deviation, "{i}: {} for {want}", right[i]);
+        // In the change by the blur the roundings of all samples add up.
+        let room = if i == 2 * OWN + SHARED - 1 { 0.15 } else { 0.09 };
+        assert!((f64::from(right[i]) - want).abs() < room * deviation, "{i}: {} for {want}", right[i]);
         for j in 0..=i {
             let (want, of_j) = (product(i, j), product(j, j).sqrt());
             let got = f64::from(m[i][j]);
@@ -319,13 +321,10 @@ fn no_pixel_counts_twice() {
         let track = scene.track(*k).unwrap();
         let Some(view) = View::new(&scene, &track, crossing, &origin()) else { continue };
         let Some(samples) = view.samples() else { continue };
-        assert!(samples.misfit < 40 * GREY);
-        let owns = view.owns();
-        for (i, _) in owns.iter().enumerate().filter(|(_, own)| **own) {
+        for (i, _) in samples.own.iter().enumerate().filter(|(_, own)| **own) {
             let at = crossing.x + i as u16 - 3;
             let down = crossing.y() + i as u16 - 3;
-            let pixel = if crossing.axis() == Axis::Row { (at, crossing.y()) } else { (crossing.x, down) };
-            pixels.push((*k, pixel));
+            pixels.push(if crossing.axis() == Axis::Row { (at, crossing.y()) } else { (crossing.x, down) });
         }
     }
     let count = pixels.len();

@@ -52,6 +52,9 @@ pub(super) struct View<'s> {
 /// What the near samples tell.
 pub(super) struct Samples {
     pub sums: Sums,
+    /// Those that count.
+    #[cfg(test)]
+    pub own: [bool; NEAR],
     /// Largest residual.
     pub misfit: i32,
     /// Twice what light there is too much beside the edge.
@@ -182,12 +185,19 @@ impl<'s> View<'s> {
                 misfit = misfit.max(residuals[i].abs());
                 n += 1;
             } else {
+                own[i] = false;
                 (lightness[i], by_blur[i], by_place[i]) = (0, 0, 0);
             }
         }
         let excess = residuals[1] + residuals[NEAR - 2];
         let sums = [&lightness, &by_blur, &by_place, &residuals];
-        (n > 0).then(|| Samples { sums: Sums::new(n, sums), misfit, excess })
+        (n > 0).then(|| Samples {
+            sums: Sums::new(n, sums),
+            #[cfg(test)]
+            own,
+            misfit,
+            excess,
+        })
     }
 
     /// Adds what the edges beside this one give to a sample: light of the dark area beyond, and dark of the light area beyond. Gives
@@ -292,7 +302,22 @@ impl<'s> View<'s> {
         let first = 2 * self.middle.0 + side * 14;
         let last = first + side * (4 << log) - 4 * side;
         let inwards = bright != self.track.dark_inside;
-        self.track.is_clear(self.axis, inwards, (first, last), 2 * self.middle.1)
+        match &self.exact {
+            Some(exact) if self.scene.tight => self.is_far_away(exact, side, inwards, log),
+            _ => self.track.is_clear(self.axis, inwards, (first, last), 2 * self.middle.1),
+        }
+    }
+
+    /// The same by the distances from the edges, which bend too much for borders that are ellipses.
+    fn is_far_away(&self, exact: &exact::Place, side: i32, inwards: bool, log: u32) -> bool {
+        let (first, last) = (side * FAR, side * (FAR + (PX << log) - PX));
+        let (outline, at) = match self.scene.outline(self.track.far[usize::from(inwards)]) {
+            Some(next) if inwards => (next, exact.nearest(next).max(first.min(last)).min(first.max(last))),
+            Some(next) => (next, last),
+            None if inwards => (self.track.outline, last),
+            None => return !self.scene.ringed,
+        };
+        self.scene.is_clear(exact.depth(outline, at).0)
     }
 }
 
