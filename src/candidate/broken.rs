@@ -64,7 +64,7 @@ pub(super) fn add(label: u16, waiting: &mut Waiting, scanner: &mut Scanner<'_>) 
         if joined.is_none() {
             let label =
                 if slot == NONE { scanner.open_outline() } else { core::mem::replace(&mut slot, NONE) };
-            place(label, &arc, taken, (about, outline.cut), scanner);
+            place(label, &arc, taken, about, scanner);
             waiting.insert(label, scanner);
             let _ = placed.push((arc, taken, label));
         }
@@ -160,17 +160,11 @@ fn next_arc(
 }
 
 /// Makes the outline in slot `label` that of `arc`.
-fn place(
-    label: u16,
-    arc: &Arc,
-    mut taken: CrossingList,
-    (about, cut): ((u16, u16), bool),
-    scanner: &mut Scanner<'_>,
-) {
+fn place(label: u16, arc: &Arc, mut taken: CrossingList, about: (u16, u16), scanner: &mut Scanner<'_>) {
+    let frame = (scanner.width(), scanner.height());
     match scanner.outlines.get_mut(label) {
         Some(outline) => {
-            set_arc(outline, arc, about);
-            outline.cut = cut;
+            set_arc(outline, arc, about, frame);
             outline.crossings = taken;
         }
         None => scanner.pool.free(&mut taken),
@@ -185,6 +179,7 @@ fn join(
     waiting: &Waiting,
     scanner: &mut Scanner<'_>,
 ) -> Option<Arc> {
+    let frame = (scanner.width(), scanner.height());
     let Scanner { outlines, pool, .. } = scanner;
     let like = |outline: &Outline| {
         let Some(other) = arc_of(outline, about).filter(|_| outline.partial) else { return false };
@@ -203,7 +198,7 @@ fn join(
     };
     let (label, joined, arc) = labels.take(MAX_ANCHORS).find_map(both)?;
     let outline = outlines.get_mut(label)?;
-    set_arc(outline, &arc, about);
+    set_arc(outline, &arc, about, frame);
     outline.crossings = joined;
     // Two pieces with something between them.
     outline.open = false;
@@ -244,7 +239,7 @@ pub(super) fn find_around(label: u16, rows: u16, scanner: &mut Scanner<'_>) -> A
             outline.crossings = list;
         }
         let outer = scanner.open_outline();
-        place(outer, &arc, taken, (about, outline.cut), scanner);
+        place(outer, &arc, taken, about, scanner);
         return if outer == NONE { Around::Nothing } else { Around::Found(outer) };
     }
     Around::Nothing

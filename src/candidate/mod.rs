@@ -65,8 +65,9 @@ fn moments_shape(outline: &Outline) -> Result<Shape, Reject> {
     Shape::from_moments(cx, cy, mxx, mxy, myy).ok_or(Reject::NotElliptic)
 }
 
-/// Makes the outline that of `arc` about `about`: from here on it counts as a whole ellipse.
-fn set_arc(outline: &mut Outline, arc: &Arc, about: (u16, u16)) {
+/// Makes the outline that of `arc` about `about`, in a frame of this width and height: from here on it counts as a whole ellipse,
+/// which the frame cuts if it reaches beyond it.
+fn set_arc(outline: &mut Outline, arc: &Arc, about: (u16, u16), (width, height): (u16, u16)) {
     let Arc { shape, dark_inside } = arc;
     let (half_x, half_y) = shape.extent();
     let place =
@@ -74,6 +75,11 @@ fn set_arc(outline: &mut Outline, arc: &Arc, about: (u16, u16)) {
     (outline.left, outline.right) =
         (place(about.0, shape.cx - half_x), place(about.0, shape.cx + half_x + 1.0));
     (outline.top, outline.bottom) = (place(about.1, shape.cy - half_y), place(about.1, shape.cy + half_y));
+    let beyond = |origin: u16, offset: f32, half: f32, size: u16| {
+        let middle = f32::from(origin) + offset;
+        middle < half || middle + half > f32::from(size) - 1.0
+    };
+    outline.cut = beyond(about.0, shape.cx, half_x, width) || beyond(about.1, shape.cy, half_y, height);
     outline.moments = Moments::of_ellipse(shape, about, *dark_inside);
     outline.partial = true;
 }
