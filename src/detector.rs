@@ -119,7 +119,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
     ///
     /// What lies in a region, with 24 columns and 12 rows of what surrounds it, is measured as in a search of the whole frame.
     /// Without noise that is bit for bit. With noise the local threshold may come from other samples of the same surroundings,
-    /// so that now and then a pixel changes sides; the centre differs by less than half of its standard deviation. What a
+    /// so that now and then a pixel changes sides; the centre differs by less than a quarter of its standard deviation. What a
     /// region cuts is no target. The least contrast of an edge is that of the last frame that was searched as a whole.
     ///
     /// Rows two blocks of four away from all regions cost a comparison, columns outside of them a copy.

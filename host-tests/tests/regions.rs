@@ -48,11 +48,11 @@ fn around(target: &Target, margin: [f32; 2], frame: &Frame) -> Region {
     Region { top, bottom, left, right }
 }
 
-/// Whether both are the same target, the places apart by less than half of their standard deviation.
+/// Whether both are the same target, the places apart by less than a quarter of their standard deviation.
 fn is_near(a: &Target, b: &Target) -> bool {
     let (x, y) = a.centre.offset_from(b.centre);
     let (vx, vy) = (b.covariance.xx, b.covariance.yy);
-    a.circles.len() == b.circles.len() && x * x < 0.25 * vx && y * y < 0.25 * vy
+    a.circles.len() == b.circles.len() && x * x < 0.0625 * vx && y * y < 0.0625 * vy
 }
 
 /// Scenes, and whether they are without noise.
