@@ -79,11 +79,9 @@ impl<'s> Detector<'s> {
         if !(MIN_SIZE..=MAX_HEIGHT).contains(&height) {
             return Err(FrameError::Height { given: height });
         }
-        match self.settings {
-            Settings { camera: None, compensation: Compensation::Known, .. } => {
-                return Err(FrameError::NoCamera);
-            }
-            Settings { camera: Some(camera), .. } if !camera.covers(width, height) => {
+        match self.settings.known_camera() {
+            None if self.settings.compensation == Compensation::Known => return Err(FrameError::NoCamera),
+            Some(camera) if !camera.covers(width, height) => {
                 return Err(FrameError::Folded { width, height });
             }
             _ => (),

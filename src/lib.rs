@@ -49,6 +49,7 @@
 #![no_std]
 #![deny(unsafe_code)]
 
+mod abilities;
 mod appearance;
 mod arcs;
 #[cfg(all(target_arch = "arm", target_abi = "eabihf", target_os = "none"))]

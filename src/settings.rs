@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+#[cfg(feature = "camera")]
 use crate::camera::Camera;
 use crate::code::Code;
 
@@ -127,7 +128,8 @@ pub struct Settings {
     pub spec: TargetSpec,
     /// How to compensate.
     pub compensation: Compensation,
-    /// The camera, if it is known.
+    /// The camera, if it is known. Feature `camera`.
+    #[cfg(feature = "camera")]
     pub camera: Option<Camera>,
     /// The code that targets may carry, if any.
     pub code: Option<Code>,
@@ -144,7 +146,14 @@ impl Settings {
     /// Settings for `spec` with the exact compensation.
     pub const fn new(spec: TargetSpec) -> Self {
         let px_per_run = Self::DEFAULT_PX_PER_RUN;
-        Self { spec, compensation: Compensation::Exact, camera: None, code: None, px_per_run }
+        Self {
+            spec,
+            compensation: Compensation::Exact,
+            #[cfg(feature = "camera")]
+            camera: None,
+            code: None,
+            px_per_run,
+        }
     }
 
     /// The same with another bound of the work that clutter makes.
@@ -160,10 +169,22 @@ impl Settings {
     }
 
     /// The same with a known camera: edge points are freed from lens distortion before the ellipses are fitted, and targets
-    /// have a normal.
+    /// have a normal. Feature `camera`.
+    #[cfg(feature = "camera")]
     pub const fn camera(mut self, camera: Camera) -> Self {
         self.camera = Some(camera);
         self
+    }
+
+    /// The camera, if it is known and cameras are built in.
+    #[cfg(feature = "camera")]
+    pub(crate) fn known_camera(&self) -> Option<&Camera> {
+        self.camera.as_ref()
+    }
+
+    #[cfg(not(feature = "camera"))]
+    pub(crate) fn known_camera(&self) -> Option<&crate::Camera> {
+        None
     }
 
     /// The same with targets that may carry a code. A target without one is found all the same.

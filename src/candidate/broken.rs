@@ -182,7 +182,7 @@ fn join(
     let frame = (scanner.width(), scanner.height());
     let Scanner { outlines, pool, .. } = scanner;
     let like = |outline: &Outline| {
-        let Some(other) = arc_of(outline, about).filter(|_| outline.partial) else { return false };
+        let Some(other) = arc_of(outline, about).filter(|_| outline.is_partial()) else { return false };
         let (dx, dy) = (arc.shape.cx - other.shape.cx, arc.shape.cy - other.shape.cy);
         let ratio = other.shape.det() / arc.shape.det();
         other.dark_inside == arc.dark_inside

@@ -25,7 +25,7 @@ pub(crate) fn origin(outline: &Outline) -> (u16, u16) {
 
 /// The ellipse with the outline's moments, about [`origin`].
 pub(crate) fn shape(outline: &Outline) -> Result<Shape, Reject> {
-    if outline.partial {
+    if outline.is_partial() {
         return moments_shape(outline);
     }
     if outline.cut {
@@ -86,7 +86,7 @@ fn set_arc(outline: &mut Outline, arc: &Arc, about: (u16, u16), (width, height):
 
 /// Whether `inner` can be a concentric circle inside `outline`, in a frame of this width.
 fn concentric(outline: &Outline, shape: &Shape, inner: &Outline, width: u16) -> bool {
-    let partial = outline.partial || inner.partial;
+    let partial = outline.is_partial() || inner.is_partial();
     let inside = outline.surrounds(inner) && inner.bottom <= outline.bottom;
     if !partial && !inside {
         return false;
@@ -123,7 +123,7 @@ fn ready_row(inner: &Outline, scanner: &Scanner<'_>) -> u16 {
     let middle = |first: u16, last: u16| i32::from(first) + i32::from(last);
     let (cx, cy) = (middle(inner.left, inner.right), middle(inner.top, inner.bottom));
     // What is left of a broken outline may close beside it until then.
-    let mut ready = if inner.partial { i32::from(inner.bottom) + 4 } else { 0 };
+    let mut ready = if inner.is_partial() { i32::from(inner.bottom) + 4 } else { 0 };
     for transition in scanner.last_transitions() {
         let Some(outline) = scanner.outlines.get(transition.label) else { continue };
         let width = i32::from(outline.width());

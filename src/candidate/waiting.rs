@@ -1,6 +1,7 @@
 //! Closed outlines that wait until nothing can close around them any more.
 
 use super::{broken, concentric, ready_row, shape};
+use crate::abilities::ARCS;
 use crate::reject::Reject;
 use crate::scan::{NONE, Outline, Outlines, Scanner};
 use crate::settings::limits;
@@ -21,15 +22,17 @@ impl Waiting {
     pub fn add(&mut self, label: u16, scanner: &mut Scanner<'_>) -> Result<(), Reject> {
         let outline = *scanner.outlines.get(label).ok_or(Reject::BufferFull)?;
         let shape = shape(&outline);
-        let whole = shape.is_ok_and(|shape| !broken::is_bent(&outline, &shape, &scanner.pool));
-        if !whole && self.search(label, &outline, shape.err(), scanner) {
+        let whole = |scanner: &Scanner<'_>| {
+            shape.is_ok_and(|shape| !broken::is_bent(&outline, &shape, &scanner.pool))
+        };
+        if self.may_search(scanner) && !whole(scanner) && self.search(label, &outline, shape.err(), scanner) {
             return Ok(());
         }
         // One that is bent without an arc of another ellipse stays what it is.
         shape.map(|_| self.insert(label, scanner))
     }
 
-    /// Takes the arcs of an outline that is no ellipse for `cause`. `false` if there are none or none may be looked for.
+    /// Takes the arcs of an outline that is no ellipse for `cause`. `false` if there are none.
     fn search(
         &mut self,
         label: u16,
@@ -38,11 +41,16 @@ impl Waiting {
         scanner: &mut Scanner<'_>,
     ) -> bool {
         let worth = broken::is_worth_a_search(outline, cause.unwrap_or(Reject::NotElliptic));
-        if self.searches == 0 || !worth || !scanner.budget.is_ample() {
+        if !worth {
             return false;
         }
         self.searches -= 1;
         broken::add(label, self, scanner)
+    }
+
+    /// Whether arcs may be looked for.
+    fn may_search(&self, scanner: &Scanner<'_>) -> bool {
+        ARCS && self.searches > 0 && scanner.budget.is_ample()
     }
 
     /// Takes an outline that is an ellipse, with what is concentric inside it.
@@ -52,7 +60,7 @@ impl Waiting {
         let width = scanner.width();
         let inside = |inner: &Outline| concentric(&outline, &shape, inner, width);
         let mut inner = self.take_inner(inside, &mut scanner.outlines);
-        if inner == NONE && !outline.partial {
+        if inner == NONE && !outline.is_partial() {
             inner = self.take_from_arc(inside, &mut scanner.outlines);
         }
         if inner == NONE && self.insert_inside(label, scanner) {
@@ -118,7 +126,7 @@ impl Waiting {
             let head = self.take(&mut scanner.outlines, |_, outline| outline.ready <= rows)?;
             let outline = *scanner.outlines.get(head)?;
             let complete = outline.inner != NONE && (outline.moments.area > 0) == dark;
-            if complete || self.searches == 0 || !scanner.budget.is_ample() {
+            if complete || !self.may_search(scanner) {
                 return Some(head);
             }
             match broken::find_around(head, rows, scanner) {
@@ -144,8 +152,8 @@ impl Waiting {
     /// Takes a whole outline that is `concentric`, with what is inside it, out of a chain in which only an arc is around it.
     fn take_from_arc(&self, concentric: impl Fn(&Outline) -> bool, outlines: &mut Outlines<'_>) -> u16 {
         let wanted = |&label: &u16| {
-            let Some(arc) = outlines.get(label).filter(|outline| outline.partial) else { return false };
-            outlines.get(arc.inner).is_some_and(|inner| !inner.partial && concentric(inner))
+            let Some(arc) = outlines.get(label).filter(|outline| outline.is_partial()) else { return false };
+            outlines.get(arc.inner).is_some_and(|inner| !inner.is_partial() && concentric(inner))
         };
         let around = self.members(outlines).find(wanted);
         let arc = around.and_then(|label| outlines.get_mut(label));

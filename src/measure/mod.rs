@@ -15,6 +15,7 @@ mod origin;
 mod sectors;
 mod together;
 
+use crate::abilities::{ARCS, JOINT};
 use crate::candidate;
 use crate::code;
 use crate::edge::{self, Blur, Edge, Edges, Levels};
@@ -50,15 +51,16 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     if edges.len() < 2 {
         return Err(Reject::Alone);
     }
-    let open = scanner.outlines.get(head).is_some_and(|outline| outline.open);
-    let about = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
+    let open = scanner.outlines.get(head).is_some_and(|outline| outline.is_open());
+    let about = Origin::new(origin, settings.known_camera()).ok_or(Reject::NotElliptic)?;
     let width = scanner.width();
-    let covered = edges.iter().any(|edge| edge.partial);
+    let covered = ARCS && edges.iter().any(|edge| edge.partial);
     if covered {
         let plain = Origin::new(origin, None).ok_or(Reject::NotElliptic)?;
         rough(&mut edges, &scanner.pool, &plain);
-    } else if let Some((fitted, light)) =
-        joint(&Edges { edges: &edges, origin }, &scanner.pool, &about, settings.code.is_some())
+    } else if JOINT
+        && let Some((fitted, light)) =
+            joint(&Edges { edges: &edges, origin }, &scanner.pool, &about, settings.code.is_some())
     {
         let circles = choose(&fitted, settings, width)?;
         return assemble(&circles, settings, &light, &about);
@@ -114,7 +116,7 @@ fn disturbed_levels(edges: &Edges<'_>, pool: &Pool<'_>, covered: bool) -> Result
 fn outermost(mut head: u16, scanner: &Scanner<'_>, settings: &Settings) -> u16 {
     let outlines = &scanner.outlines;
     let mut whole = head;
-    while let Some(outline) = outlines.get(whole).filter(|outline| outline.partial) {
+    while let Some(outline) = outlines.get(whole).filter(|outline| outline.is_partial()) {
         whole = outline.inner;
     }
     let whole = outlines.get(whole);
@@ -123,12 +125,12 @@ fn outermost(mut head: u16, scanner: &Scanner<'_>, settings: &Settings) -> u16 {
         let of_code = [code::INNER / code::OUTER, 1.0 / code::OUTER, 1.0 / code::INNER];
         of_code.into_iter().any(|wanted| (ratio / wanted - 1.0).abs() < limits::CODE_RATIO)
     };
-    while let Some(outline) = outlines.get(head).filter(|outline| outline.partial)
+    while let Some(outline) = outlines.get(head).filter(|outline| outline.is_partial())
         && let Some(inner) = outlines.get(outline.inner)
     {
         let coded = settings.code.is_some()
             && (ring(outline, inner) || whole.is_some_and(|whole| ring(outline, whole)));
-        let open = outline.open && (settings.spec.ratios().is_empty() || settings.code.is_some());
+        let open = outline.is_open() && (settings.spec.ratios().is_empty() || settings.code.is_some());
         if !open && !coded {
             break;
         }
@@ -151,7 +153,7 @@ fn collect(
         if edges.is_full() {
             break;
         }
-        if outline.open {
+        if outline.is_open() {
             // A mark in the middle can be one; the target around it is none the worse.
             if edges.len() >= 2 {
                 break;
@@ -164,7 +166,7 @@ fn collect(
         let own = candidate::origin(outline);
         let shift = |own: u16, origin: u16| (i32::from(origin) - i32::from(own)) as f32;
         let shape = candidate::shape(outline)?.about(shift(own.0, origin.0), shift(own.1, origin.1));
-        if edges.is_empty() && outline.partial && shape.semi_axes().0 < limits::MIN_PARTIAL_SEMI_AXIS {
+        if edges.is_empty() && outline.is_partial() && shape.semi_axes().0 < limits::MIN_PARTIAL_SEMI_AXIS {
             return Err(Reject::TooSmall);
         }
         let _ = edges.push(Edge::new(shape, outline));

@@ -1,6 +1,7 @@
 //! The table of outlines: exact moments, bounding boxes, and what became of each.
 
 use super::crossings::CrossingList;
+use crate::abilities::ARCS;
 use crate::fit::Shape;
 use crate::math;
 
@@ -131,9 +132,8 @@ pub(crate) struct Outline {
     pub inner: u16,
     /// Row after which nothing concentric can close around it.
     pub ready: u16,
-    /// Only arcs of it are seen; its moments and box are those of the whole ellipse.
+    /// See [`is_partial`](Self::is_partial) and [`is_open`](Self::is_open).
     pub partial: bool,
-    /// Nothing lies in its gap: it is open by itself.
     pub open: bool,
     /// Touches the frame's border.
     pub cut: bool,
@@ -161,6 +161,16 @@ impl Outline {
         cut: false,
         lossy: false,
     };
+
+    /// Whether only arcs of it are seen; its moments and box are those of the whole ellipse.
+    pub fn is_partial(&self) -> bool {
+        ARCS && self.partial
+    }
+
+    /// Whether nothing lies in its gap: it is open by itself.
+    pub fn is_open(&self) -> bool {
+        ARCS && self.open
+    }
 
     pub fn width(&self) -> u16 {
         self.right.saturating_sub(self.left)
