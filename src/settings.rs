@@ -345,6 +345,9 @@ pub(crate) mod limits {
     /// The same where glare, scratches or dirt lie on a target of which all is seen: they move edge points all together, which
     /// their scatter does not show.
     pub const SPOILED_VARIANCE: f32 = 4.0;
+    /// Variance of a target of which all is seen, measured circle by circle, in units of what its edge points tell: they share
+    /// the levels and the blur that they were placed with.
+    pub const ALONE_VARIANCE: f32 = 1.1;
     /// Mean squared residual of a target's ellipses under the camera, in units of their variance, above which they
     /// contradict it: chance alone does that to one target with two circles in 10,000, even where the noise is 10 % above
     /// what the residuals tell.

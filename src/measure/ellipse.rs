@@ -45,7 +45,12 @@ pub(crate) struct Fitted {
 impl Fitted {
     /// Whether a part of it is not seen, so that it is fitted together with the others.
     pub fn is_occluded(&self) -> bool {
-        ARCS && (self.partial || self.gap > limits::FLAG_GAP)
+        ARCS && (self.partial || self.has_gap())
+    }
+
+    /// Whether edge points are missing on an arc.
+    pub fn has_gap(&self) -> bool {
+        self.gap > limits::FLAG_GAP
     }
 }
 

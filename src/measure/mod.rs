@@ -67,7 +67,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     }
     let edges = Edges { edges: &edges, origin };
     let pool = &mut scanner.pool;
-    let (levels, blur) = disturbed_levels(&edges, pool, covered)?;
+    let (levels, blur, disturbed) = disturbed_levels(&edges, pool, covered)?;
     // What disturbs one edge does not disturb all.
     let noise = (0..edges.edges.len())
         .fold(f32::INFINITY, |least, k| least.min(edge::place(&edges, k, pool, &levels, blur)));
@@ -84,12 +84,23 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     } else {
         assemble(&circles, settings, &light, &about)
     };
-    let excess = if covered { limits::COVERED_VARIANCE } else { limits::SPOILED_VARIANCE };
+    // What the joint estimate has refused is spoiled. Without it there is only what the levels and the gaps show.
+    let spoiled = JOINT || disturbed || circles.iter().any(Fitted::has_gap);
+    let excess = match (covered, spoiled) {
+        (true, _) => limits::COVERED_VARIANCE,
+        (false, true) => limits::SPOILED_VARIANCE,
+        (false, false) => limits::ALONE_VARIANCE,
+    };
     found.map(|target| target.less_sure(excess))
 }
 
-/// Levels and blur of a target of which not everything is seen (`covered`), or in front of which something is.
-fn disturbed_levels(edges: &Edges<'_>, pool: &Pool<'_>, covered: bool) -> Result<(Levels, f32), Reject> {
+/// Levels and blur of a target of which not everything is seen (`covered`), or in front of which something may be; and whether
+/// something is.
+fn disturbed_levels(
+    edges: &Edges<'_>,
+    pool: &Pool<'_>,
+    covered: bool,
+) -> Result<(Levels, f32, bool), Reject> {
     let levels = Levels::first(edges, pool, BLUR_GUESS, covered).ok_or(Reject::LowContrast)?;
     check_contrast(levels.contrast())?;
     let mut blur = edge::measure_blur(edges, pool, &levels);
@@ -105,10 +116,11 @@ fn disturbed_levels(edges: &Edges<'_>, pool: &Pool<'_>, covered: bool) -> Result
         levels = levels.refined(edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
         check_contrast(levels.contrast())?;
     }
-    if disturbed(&levels, &blur) {
+    let disturbed = disturbed(&levels, &blur);
+    if disturbed {
         levels = levels.disturbed();
     }
-    Ok((levels, blur.sigma))
+    Ok((levels, blur.sigma, disturbed))
 }
 
 /// The outermost outline of the chain that can be a circle of a target. What is around it and open by itself is none, nor are
