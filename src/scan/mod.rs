@@ -19,6 +19,7 @@ mod runs;
 mod strips;
 #[cfg(test)]
 mod tests;
+mod window;
 
 #[cfg(test)]
 pub(crate) use crossings::Stretch;
