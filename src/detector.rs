@@ -241,7 +241,13 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         }
     }
 
+    #[inline]
     fn next_target(&mut self, rows: u16) -> Option<Target> {
+        if self.waiting.is_empty() { None } else { self.measure_ready(rows) }
+    }
+
+    /// The next target around which nothing can close any more after `rows` rows.
+    fn measure_ready(&mut self, rows: u16) -> Option<Target> {
         loop {
             let dark = self.detector.settings.spec.polarity() == Polarity::Dark;
             let head = self.waiting.take_ready(rows, dark, &mut self.detector.scanner)?;

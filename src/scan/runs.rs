@@ -70,17 +70,17 @@ impl<'s> TransitionList<'s> {
         let mut before = 0;
         for (x, dark) in strips.dark(row) {
             let mut changes = dark ^ (dark << 1 | before);
-            let (first, side) = (found, before);
+            let count = changes.count_ones();
+            if count > most_of_strip {
+                dropped += count;
+                continue;
+            }
             before = dark >> (STRIP - 1);
             while changes != 0 {
                 // What is beyond the frame repeats its last pixel, but may be of another cell.
                 push(found, (x + changes.trailing_zeros() as u16).min(width));
                 changes &= changes - 1;
                 found += 1;
-            }
-            if found - first > most_of_strip {
-                dropped += found - first;
-                (found, before) = (first, side);
             }
         }
         if before != 0 {
@@ -90,7 +90,7 @@ impl<'s> TransitionList<'s> {
         // Runs are dropped whole, so that the list stays even.
         self.len = found.min(self.data.len()).min(budget.most_of_row()) & !1;
         budget.take(width, self.len / 2);
-        (dropped.div_ceil(2) + (found - self.len) / 2) as u32
+        dropped.div_ceil(2) + (found - self.len) as u32 / 2
     }
 }
 
@@ -108,7 +108,7 @@ pub(crate) struct Budget {
 const SAVED_ROWS: u32 = 64;
 /// Most transitions of a strip's row while more than a half, a quarter, an eighth of the budget is left, and below. More are
 /// noise or print too fine for the pixels; a small target has four.
-const MOST_OF_STRIP: [usize; 4] = [12, 8, 6, 4];
+const MOST_OF_STRIP: [u32; 4] = [12, 8, 6, 4];
 
 impl Budget {
     pub const NONE: Self = Self { px_per_run: 0, left: 0, most: 0 };
@@ -119,10 +119,10 @@ impl Budget {
     }
 
     /// Most transitions of a strip's row.
-    fn most_of_strip(&self) -> usize {
+    fn most_of_strip(&self) -> u32 {
         let [plenty, half, quarter, eighth] = MOST_OF_STRIP;
         match self.left {
-            _ if self.px_per_run == 0 => STRIP,
+            _ if self.px_per_run == 0 => u32::BITS,
             left if left > self.most / 2 => plenty,
             left if left > self.most / 4 => half,
             left if left > self.most / 8 => quarter,
