@@ -21,6 +21,7 @@ impl Stretch {
     const BITS: u32 = 12;
 
     /// All of `levels`; `log` is the binary logarithm of their number.
+    #[inline]
     pub fn of(levels: &[u8], log: u32) -> Self {
         let (fours, rest) = levels.as_chunks::<4>();
         let sum = |levels: &[u8]| levels.iter().fold(0, |sum, &level| sum + u32::from(level));

@@ -10,13 +10,16 @@ pub(super) const REACH: u16 = 4;
 /// Largest change of level across a crossing's axis in quarters of that along it: room for noise, because at equality
 /// either axis is as good.
 const MAX_ACROSS: i32 = 5;
+/// Rows, those that are kept and some without pixels.
+const ROWS: usize = KEPT_ROWS.next_power_of_two();
 /// Most rows on either side for a stretch on a column.
 const FAR_ROWS: u16 = 4;
 
 /// The rows about one of a block.
 pub(super) struct Window<'a> {
-    /// From [`REACH`] above the block on; the nearest where there are none.
-    rows: [&'a [u8]; KEPT_ROWS],
+    /// From [`REACH`] above the block on; the nearest where there are none. A power of two of them is looked up without a
+    /// check.
+    rows: [&'a [u8]; ROWS],
     pub width: u16,
     pub height: u16,
     /// Smallest difference between the two sides' pairs of samples: less is no edge, but the border of two cells'
@@ -38,8 +41,12 @@ pub(super) struct Window<'a> {
 impl<'a> Window<'a> {
     /// About the block of rows from `first` on, where the smallest contrast of an edge is `min_contrast`.
     pub fn new(rows: &'a Rows<'_>, first: u16, min_contrast: u8) -> Self {
+        let mut all: [&[u8]; ROWS] = [&[]; ROWS];
+        for (place, row) in all.iter_mut().zip(rows.rows_after(i32::from(first) - i32::from(REACH))) {
+            *place = row;
+        }
         Self {
-            rows: rows.rows_after(i32::from(first) - i32::from(REACH)),
+            rows: all,
             width: rows.width(),
             height: rows.height(),
             min_step: i32::from(min_contrast) / 2,
@@ -110,30 +117,30 @@ impl<'a> Window<'a> {
             return None;
         }
         let row = usize::from(self.y - self.first);
+        let below_near = row + usize::from(2 * REACH - 1);
         let far = [
-            self.column_stretch(x, [0, 1, 2, 3].map(|i| row.wrapping_sub(i)), above),
-            self.column_stretch(x, [7, 8, 9, 10].map(|i| row + i), below),
+            self.column_stretch(usize::from(x), |i| row.wrapping_sub(i), above),
+            self.column_stretch(usize::from(x), |i| below_near + i, below),
         ];
         Some(Crossing::new(Axis::Column, (x, self.y), near, far))
     }
 
-    /// The stretch in column `x` of these rows, `most` of them, as far as its levels are those of an even surface.
-    fn column_stretch(&self, x: u16, rows: [usize; FAR_ROWS as usize], most: u16) -> Stretch {
-        let level =
-            |row: usize| self.rows.get(row).and_then(|row| row.get(usize::from(x))).copied().unwrap_or(0);
-        let [nearest, second, third, fourth] = rows;
-        let nearest = level(nearest);
+    /// The stretch in column `x` of the rows that `number` numbers from the nearest on, `most` of them, as far as its levels
+    /// are those of an even surface.
+    #[inline(always)]
+    fn column_stretch(&self, x: usize, number: impl Fn(usize) -> usize, most: u16) -> Stretch {
+        let level = |i: usize| self.rows[number(i) % ROWS].get(x).copied().unwrap_or(0);
+        let nearest = level(0);
         let even = |level: u8| i32::from(level.abs_diff(nearest)) < self.min_step;
-        let one = Stretch::of(&[nearest], 0);
         if most < 2 {
-            return one;
+            return Stretch::of(&[nearest], 0);
         }
-        let second = level(second);
+        let second = level(1);
         if !even(second) {
-            return one;
+            return Stretch::of(&[nearest], 0);
         }
         if most >= 4 {
-            let (third, fourth) = (level(third), level(fourth));
+            let (third, fourth) = (level(2), level(3));
             if even(third) && even(fourth) {
                 return Stretch::of(&[nearest, second, third, fourth], 2).unless_clipped(nearest, fourth);
             }
