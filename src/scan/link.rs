@@ -96,6 +96,10 @@ impl<'a, 's> Linker<'a, 's> {
         let before = at.checked_sub(1).and_then(x).unwrap_or(0);
         let after = x(at + 1).unwrap_or(self.window.width);
         let (Some(above), Some(here)) = (above, current.get_mut(at)) else { return };
+        if above.label == NONE {
+            here.label = NONE;
+            return;
+        }
         let label = self.outlines.root(above.label);
         here.label = label;
         // Dark begins at the even transitions.
@@ -144,7 +148,9 @@ impl<'a, 's> Linker<'a, 's> {
         if self.window.y == self.window.height {
             self.mark_cut(label);
         }
-        self.keep_column_crossings(label, first.x, second.x);
+        if !self.outlines.get(label).is_some_and(|outline| outline.closes(ends) && outline.is_small()) {
+            self.keep_column_crossings(label, first.x, second.x);
+        }
         self.outlines.end(label, ends);
     }
 
