@@ -241,22 +241,18 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         }
     }
 
-    #[inline]
     fn next_target(&mut self, rows: u16) -> Option<Target> {
-        if self.waiting.is_empty() { None } else { self.measure_ready(rows) }
+        if self.waiting.is_empty() { None } else { self.measure_next(rows) }
     }
 
-    /// The next target around which nothing can close any more after `rows` rows.
-    fn measure_ready(&mut self, rows: u16) -> Option<Target> {
+    fn measure_next(&mut self, rows: u16) -> Option<Target> {
         loop {
             let dark = self.detector.settings.spec.polarity() == Polarity::Dark;
             let head = self.waiting.take_ready(rows, dark, &mut self.detector.scanner)?;
             let measured = measure(head, &mut self.detector.scanner, &self.detector.settings);
-            if let Err(cause) = measured {
-                self.reject(head, cause);
-            }
+            let target = measured.map_err(|cause| self.reject(head, cause));
             self.free(head);
-            if let Ok(target) = measured {
+            if let Ok(target) = target {
                 log!(trace, "target at {}", target.centre);
                 self.summary.targets = self.summary.targets.saturating_add(1);
                 return Some(target);
