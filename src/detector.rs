@@ -245,6 +245,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         if self.waiting.is_empty() { None } else { self.measure_next(rows) }
     }
 
+    #[inline(never)]
     fn measure_next(&mut self, rows: u16) -> Option<Target> {
         loop {
             let dark = self.detector.settings.spec.polarity() == Polarity::Dark;
@@ -302,8 +303,7 @@ impl<O: Observer> Iterator for Targets<'_, '_, '_, O> {
     type Item = Target;
 
     fn next(&mut self) -> Option<Target> {
-        let rows = self.scan.detector.scanner.linked;
-        self.scan.next_target(rows)
+        self.scan.next_target(self.scan.detector.scanner.linked)
     }
 }
 
@@ -394,7 +394,7 @@ impl Iterator for Detection<'_, '_, '_> {
 impl Detection<'_, '_, '_> {
     /// What the image came to; what was not looked at yet is looked at first.
     pub fn summary(mut self) -> Summary {
-        while self.next().is_some() {}
+        self.by_ref().for_each(drop);
         self.scan.summary()
     }
 }
