@@ -47,16 +47,17 @@ impl<'a, 's> Linker<'a, 's> {
         let (mut i, mut j) = (0, 0);
         loop {
             let (above, here) = (run(previous, i), run(current, j));
-            if above.is_none() && here.is_none() {
-                break;
-            } else if lies_left(above, here) {
+            if above.1 < here.0 {
                 self.end(previous, 2 * i);
                 i += 1;
-            } else if lies_left(here, above) {
+            } else if here.1 < above.0 {
                 self.begin(current, 2 * j);
                 j += 1;
+            } else if here == NO_RUN {
+                // Then there is none above either.
+                break;
             } else {
-                self.proceed(previous.get(2 * i), current, 2 * j);
+                self.proceed(previous, 2 * i, current, 2 * j);
                 (i, j) = self.link_connected(previous, current, i, j);
             }
         }
@@ -76,44 +77,53 @@ impl<'a, 's> Linker<'a, 's> {
         mut i: usize,
         mut j: usize,
     ) -> (usize, usize) {
+        let (mut above, mut here) = (run(previous, i), run(current, j));
         loop {
-            if touches(run(previous, i + 1), run(current, j)) {
+            let (next_above, next_here) = (run(previous, i + 1), run(current, j + 1));
+            if next_above.0 <= here.1 {
                 self.end(previous, 2 * i + 1);
-                i += 1;
-            } else if touches(run(current, j + 1), run(previous, i)) {
+                (i, above) = (i + 1, next_above);
+            } else if next_here.0 <= above.1 {
                 self.begin(current, 2 * j + 1);
-                j += 1;
+                (j, here) = (j + 1, next_here);
             } else {
-                self.proceed(previous.get(2 * i + 1), current, 2 * j + 1);
+                self.proceed(previous, 2 * i + 1, current, 2 * j + 1);
                 return (i + 1, j + 1);
             }
         }
     }
 
-    /// An outline goes on from the transition `above` to the one `at`.
-    fn proceed(&mut self, above: Option<&Transition>, current: &mut [Transition], at: usize) {
-        let x = |at: usize| current.get(at).map(|transition| transition.x);
-        let before = at.checked_sub(1).and_then(x).unwrap_or(0);
-        let after = x(at + 1).unwrap_or(self.window.width);
-        let (Some(above), Some(here)) = (above, current.get_mut(at)) else { return };
-        if above.label == NONE {
-            here.label = NONE;
-            return;
-        }
-        let label = self.outlines.root(above.label);
+    /// An outline goes on from transition `from` of the row above to the one `at`.
+    #[inline]
+    fn proceed(&mut self, previous: &[Transition], from: usize, current: &mut [Transition], at: usize) {
+        let (Some(above), Some(here)) = (previous.get(from), current.get_mut(at)) else { return };
+        let joined = above.label != NONE && self.outlines.any_joined();
+        let label = if joined { self.outlines.root(above.label) } else { above.label };
         here.label = label;
+        match self.outlines.get_mut(label) {
+            Some(outline) if !outline.lossy => self.follow(above.x, current, at),
+            // Of what lost a part only the box is of use.
+            Some(outline) => outline.reach(here.x, self.window.y),
+            None => (),
+        }
+    }
+
+    /// The same for an outline of which nothing is lost; in the row above it was at column `above`.
+    #[inline(never)]
+    fn follow(&mut self, above: u16, current: &[Transition], at: usize) {
+        let Some(&Transition { x, label }) = current.get(at) else { return };
         // Dark begins at the even transitions.
-        self.add_transition(label, if at.is_multiple_of(2) { -1 } else { 1 }, here.x);
-        if !self.outlines.get(label).is_some_and(|outline| !outline.lossy) {
-            return;
+        self.add_transition(label, if at.is_multiple_of(2) { -1 } else { 1 }, x);
+        if above.abs_diff(x) <= MAX_ROW_STEP {
+            let beside = |at: usize| current.get(at).map(|transition| transition.x);
+            let before = at.checked_sub(1).and_then(beside).unwrap_or(0);
+            let after = beside(at + 1).unwrap_or(self.window.width);
+            if let Some(crossing) = self.window.row_crossing(x, [before, after]) {
+                self.keep(label, crossing);
+            }
         }
-        if above.x.abs_diff(here.x) <= MAX_ROW_STEP
-            && let Some(crossing) = self.window.row_crossing(here.x, [before, after])
-        {
-            self.keep(label, crossing);
-        }
-        if above.x != here.x {
-            self.keep_column_crossings(label, above.x.min(here.x), above.x.max(here.x));
+        if above != x {
+            self.keep_column_crossings(label, above.min(x), above.max(x));
         }
     }
 
@@ -249,19 +259,9 @@ impl<'a, 's> Linker<'a, 's> {
 /// First and one past the last column of a dark run.
 type Run = (u16, u16);
 
-fn run(list: &[Transition], i: usize) -> Option<Run> {
-    match list.get(2 * i..2 * i + 2) {
-        Some([first, second]) => Some((first.x, second.x)),
-        _ => None,
-    }
-}
+/// Right of all runs.
+const NO_RUN: Run = (u16::MAX, u16::MAX);
 
-/// Whether `run` exists and nothing of `other` touches it or lies left of it.
-fn lies_left(run: Option<Run>, other: Option<Run>) -> bool {
-    run.is_some_and(|run| other.is_none_or(|other| run.1 < other.0))
-}
-
-/// Whether `next`, which lies right of all that was linked, touches `run`.
-fn touches(next: Option<Run>, run: Option<Run>) -> bool {
-    next.is_some_and(|next| run.is_some_and(|run| next.0 <= run.1))
+fn run(list: &[Transition], i: usize) -> Run {
+    list.as_chunks().0.get(i).map_or(NO_RUN, |[first, second]| (first.x, second.x))
 }

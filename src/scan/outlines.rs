@@ -183,11 +183,13 @@ impl Outline {
 
     /// Adds a transition at `(x, y)`; `sign` is +1 where dark turns light.
     pub fn add_transition(&mut self, sign: i32, x: u16, y: u16) {
-        // Of one that lost a part only the box is of use.
-        if !self.lossy {
-            self.moments.add_transition(sign, i32::from(x) - i32::from(self.first), y.into());
-            self.balance = self.balance.wrapping_add(sign as i8);
-        }
+        self.moments.add_transition(sign, i32::from(x) - i32::from(self.first), y.into());
+        self.balance = self.balance.wrapping_add(sign as i8);
+        self.reach(x, y);
+    }
+
+    /// Extends its box to a transition at `(x, y)`.
+    pub fn reach(&mut self, x: u16, y: u16) {
         self.left = self.left.min(x);
         self.right = self.right.max(x);
         self.bottom = y;
