@@ -18,6 +18,11 @@ pub(crate) struct Waiting {
 impl Waiting {
     pub const EMPTY: Self = Self { head: NONE, searches: limits::MAX_SEARCHES };
 
+    /// Whether nothing waits.
+    pub fn is_empty(&self) -> bool {
+        self.head == NONE
+    }
+
     /// Takes a closed outline. An error is the reason why it is none of a target; its slot is then still in use.
     pub fn add(&mut self, label: u16, scanner: &mut Scanner<'_>) -> Result<(), Reject> {
         let outline = *scanner.outlines.get(label).ok_or(Reject::BufferFull)?;
