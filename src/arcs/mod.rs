@@ -20,7 +20,8 @@ use crate::fit::{Frame, Shape};
 use crate::math;
 use crate::scan::{Crossing, CrossingList, Pool};
 use crate::settings::limits;
-use points::Point;
+use heapless::Vec;
+use points::{MAX_FEWEST, Point};
 
 /// Sectors in which an arc's crossings are looked for.
 const SECTORS: u32 = 32;
@@ -122,10 +123,13 @@ pub(crate) fn place(crossing: &Crossing, origin: (u16, u16)) -> (f32, f32) {
 /// Share of some of the crossings that are not near the arc's ellipse. Where half of them are far from it noise or blur spreads
 /// them all, and what is near is as much wider.
 pub(crate) fn share_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> f32 {
-    let points = Points::fewest(list, pool, origin);
+    let mut squares = Vec::<f32, MAX_FEWEST>::new();
+    for point in points::fewest(list, pool, origin) {
+        let _ = squares.push(arc.square_distance(&point));
+    }
     let share = |limit: f32| {
-        let off = points.points.iter().filter(|point| arc.square_distance(point) > limit * limit).count();
-        off as f32 / points.points.len().max(1) as f32
+        let off = squares.iter().filter(|square| **square > limit * limit).count();
+        off as f32 / squares.len().max(1) as f32
     };
     // Noise leaves hardly any far away, a dent or a bump does.
     let dented = share(TAKEN) > MOST_FAR;

@@ -4,8 +4,9 @@ use crate::fit::Shape;
 use crate::scan::{Axis, Crossing, CrossingList, Pool};
 use heapless::Vec;
 
-/// Most points for a look.
+/// Points for a look, and most that come of it.
 const FEWEST: usize = 16;
+pub(super) const MAX_FEWEST: usize = 24;
 /// Most points for a search in which nothing is known.
 const FEW: usize = 56;
 /// Share of the largest step of an outline that a crossing must have in such a search: what lies over a target is as a rule
@@ -51,6 +52,27 @@ impl Point {
     }
 }
 
+/// About `most` of the crossings of `list` that are `wanted`, about `origin`.
+fn chosen(
+    list: CrossingList,
+    pool: &Pool<'_>,
+    (most, origin): (usize, (u16, u16)),
+    wanted: impl Fn(&Crossing) -> bool,
+) -> impl Iterator<Item = Point> {
+    let count = pool.iter(list).filter(|crossing| wanted(crossing)).count();
+    let share = (most as u32 * 0x1_0000).checked_div(count as u32).unwrap_or(0);
+    // Multiples of the golden section: even along the list, and never only one side of it, of which a row leaves a
+    // crossing in turn.
+    let even = move |i: usize| u32::from((i as u16).wrapping_mul(0x9e37)) < share;
+    let wanted = pool.iter(list).filter(move |crossing| wanted(crossing)).enumerate();
+    wanted.filter(move |(i, _)| even(*i)).map(move |(_, crossing)| Point::new(crossing, origin))
+}
+
+/// As many of the crossings of `list`, about `origin`, as tell whether an ellipse is whole.
+pub(super) fn fewest(list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> impl Iterator<Item = Point> {
+    chosen(list, pool, (FEWEST, origin), |_| true)
+}
+
 /// Some of an outline's crossings, evenly chosen.
 #[derive(Clone, Debug)]
 pub(crate) struct Points {
@@ -58,11 +80,6 @@ pub(crate) struct Points {
 }
 
 impl Points {
-    /// As many of the crossings of `list`, about `origin`, as tell whether an ellipse is whole.
-    pub fn fewest(list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> Self {
-        Self::new(list, pool, (FEWEST, origin), |_| true)
-    }
-
     /// Few of the crossings of `list`, about `origin`: of those with the largest steps.
     pub fn few(list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> Self {
         let largest = pool.iter(list).map(step).max().unwrap_or(0);
@@ -90,16 +107,9 @@ impl Points {
         (most, origin): (usize, (u16, u16)),
         wanted: impl Fn(&Crossing) -> bool,
     ) -> Self {
-        let wanted = || pool.iter(list).filter(|crossing| wanted(crossing));
-        let count = wanted().count();
-        let share = (most as u32 * 0x1_0000).checked_div(count as u32).unwrap_or(0);
         let mut points = Vec::new();
-        // Multiples of the golden section: even along the list, and never only one side of it, of which a row leaves a
-        // crossing in turn.
-        for (i, crossing) in wanted().enumerate() {
-            if u32::from((i as u16).wrapping_mul(0x9e37)) < share {
-                let _ = points.push(Point::new(crossing, origin));
-            }
+        for point in chosen(list, pool, (most, origin), wanted) {
+            let _ = points.push(point);
         }
         Self { points }
     }

@@ -110,15 +110,14 @@ fn anchors(
     let about = origin(outline);
     let mut anchors = Vec::new();
     for head in waiting.labels(&scanner.outlines) {
-        let Some((head, arc)) =
-            scanner.outlines.get(head).and_then(|head| Some((head, arc_of(head, about)?)))
-        else {
-            continue;
+        let inside = |head: &&Outline| {
+            let (x, y) = origin(head);
+            (outline.left..outline.right).contains(&x) && (outline.top..=outline.bottom).contains(&y)
         };
-        let (x, y) = origin(head);
-        let inside =
-            (outline.left..outline.right).contains(&x) && (outline.top..=outline.bottom).contains(&y);
-        if inside && anchors.len() < MAX_ANCHORS {
+        let head = scanner.outlines.get(head).filter(inside);
+        if anchors.len() < MAX_ANCHORS
+            && let Some(arc) = head.and_then(|head| arc_of(head, about))
+        {
             let _ = anchors.push(arc);
         }
     }
@@ -217,9 +216,13 @@ pub(super) enum Around {
 /// Looks in the outlines that are open after `rows` rows for a circle around the waiting outline `label`.
 pub(super) fn find_around(label: u16, rows: u16, scanner: &mut Scanner<'_>) -> Around {
     let Some(inner) = scanner.outlines.get(label).copied() else { return Around::Nothing };
+    let open = open_around(&inner, scanner);
+    if open.is_empty() {
+        return Around::Nothing;
+    }
     let about = origin(&inner);
     let Some(anchor) = arc_of(&inner, about) else { return Around::Nothing };
-    for open in open_around(&inner, scanner) {
+    for open in open {
         let Some(outline) = scanner.outlines.get(open).copied() else { continue };
         let mut list = outline.crossings;
         let points = Points::around(&anchor.shape, MAX_RADIUS, list, &scanner.pool, about);
