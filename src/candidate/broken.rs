@@ -21,8 +21,6 @@ const MIN_CROSSINGS_AROUND: u16 = 12;
 const MIN_EXTENT: u16 = 9;
 /// Largest share of an ellipse's crossings that may lie beside it.
 const MAX_OFF: f32 = 0.2;
-/// Largest radius of a circle around a known one, in units of that.
-const MAX_RADIUS: f32 = 11.0;
 /// Two arcs can be of the same circle if their areas squared have this ratio or less, because an arc alone leaves its ellipse
 /// unsure, ...
 const LIKE_DET: f32 = 8.0;
@@ -142,9 +140,7 @@ fn next_arc(
 ) -> Option<(Arc, CrossingList)> {
     let pool = &mut scanner.pool;
     for anchor in anchors.iter().rev() {
-        let points = Points::around(&anchor.shape, MAX_RADIUS, *list, pool, about);
-        let arc = arcs::around(&points, anchor);
-        if let Some(arc) = arc
+        if let Some(arc) = arcs::around(anchor, *list, pool, about)
             && let Some(taken) = arcs::take(&arc, list, (pool, about), limits::MIN_SEEN_AROUND)
         {
             return Some((arc, taken));
@@ -225,9 +221,8 @@ pub(super) fn find_around(label: u16, rows: u16, scanner: &mut Scanner<'_>) -> A
     for open in open {
         let Some(outline) = scanner.outlines.get(open).copied() else { continue };
         let mut list = outline.crossings;
-        let points = Points::around(&anchor.shape, MAX_RADIUS, list, &scanner.pool, about);
-        let Some(arc) = arcs::around(&points, &anchor).filter(|arc| arc.shape.det() < anchor.shape.det())
-        else {
+        let arc = arcs::around(&anchor, list, &scanner.pool, about);
+        let Some(arc) = arc.filter(|arc| arc.shape.det() < anchor.shape.det()) else {
             continue;
         };
         let bottom = f32::from(about.1) + arc.shape.cy + arc.shape.extent().1;
