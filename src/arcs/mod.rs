@@ -10,6 +10,7 @@
 
 mod gap;
 mod gauge;
+mod pieces;
 mod points;
 mod search;
 

@@ -2,13 +2,12 @@
 
 use super::Arc;
 use super::gauge::{Gauge, PX};
+use super::pieces::{PIECES, Pieces, Unit};
 use super::points::{MAX_POINTS, Point, Points};
 use crate::fit::{Adjustment, Rough, Shape};
 use crate::scan::{CrossingList, Pool};
 use heapless::Vec;
 
-/// Pieces of an outline of which trial arcs are made.
-const PIECES: usize = 16;
 /// Lengths of trial arcs in pieces, and the steps between their starts.
 const LENGTHS: [(usize, usize); 3] = [(10, 2), (7, 2), (5, 1)];
 /// Trials that are refined.
@@ -68,65 +67,15 @@ fn fixed(distance: f32) -> u32 {
     (distance * PX as f32) as u32
 }
 
-/// The unit of length of [`Rough`] sums.
-struct Unit {
-    /// Coordinates of points have so many bits more.
-    shift: u32,
-    /// Largest coordinate, at least 1 px, in px.
-    extent: f32,
-}
-
-impl Unit {
-    fn of(points: &[Point]) -> Self {
-        let largest =
-            |extent: u32, point: &Point| extent.max(point.x.unsigned_abs()).max(point.y.unsigned_abs());
-        let extent = points.iter().fold(PX as u32, largest);
-        let shift = (u32::BITS - extent.leading_zeros()).saturating_sub(Rough::BITS);
-        Self { shift, extent: extent as f32 / PX as f32 }
-    }
-
-    fn add(&self, sum: &mut Rough, point: &Point) {
-        sum.add(point.x >> self.shift, point.y >> self.shift);
-    }
-
-    /// The ellipse of sums, px.
-    fn fit(&self, sum: &Rough) -> Option<Shape> {
-        let unit = (1u32 << (Rough::BITS + self.shift).min(31)) as f32 / PX as f32;
-        Some(sum.fit()?.scaled(unit))
-    }
-}
-
-/// Sums of the first pieces of an outline: none, one, two ...
-struct Pieces([Rough; PIECES + 1]);
-
-impl Pieces {
-    fn new(points: &[Point], unit: &Unit) -> Self {
-        let mut first = [Rough::default(); PIECES + 1];
-        let (mut sum, mut rest) = (Rough::default(), points.iter().enumerate().peekable());
-        for (piece, first) in first.iter_mut().enumerate() {
-            while let Some((_, point)) = rest.next_if(|(i, _)| i * PIECES < piece * points.len()) {
-                unit.add(&mut sum, point);
-            }
-            *first = sum;
-        }
-        Self(first)
-    }
-
-    /// Sum of `length` pieces from `start` on, around the outline.
-    fn sum(&self, start: usize, length: usize) -> Rough {
-        let first = |count: usize| self.0.get(count).copied().unwrap_or_default();
-        match (start + length).checked_sub(PIECES) {
-            Some(wrapped) => first(PIECES).without(&first(start)).with(&first(wrapped)),
-            None => first(start + length).without(&first(start)),
-        }
-    }
-}
-
 /// The ellipses of consecutive pieces that have most points on them, with their scores.
 fn trials(pieces: &Pieces, points: &[Point], unit: &Unit) -> [Option<(u32, Arc)>; REFINED] {
     let mut best = [None; REFINED];
+    let turns = pieces.turns(unit);
     for (length, step) in LENGTHS {
         for start in (0..PIECES).step_by(step.max(1)) {
+            if turns.are_both(start, length) {
+                continue;
+            }
             let shape = unit.fit(&pieces.sum(start, length));
             let Some(shape) = shape.filter(|shape| shape.semi_axes().0 <= MAX_SIZE * unit.extent) else {
                 continue;

@@ -56,6 +56,12 @@ impl Rough {
         Self { sums: core::array::from_fn(|i| self.sums[i] - other.sums[i]) }
     }
 
+    /// The mean of the points; `None` if there are none.
+    pub fn mean(&self) -> Option<(i32, i32)> {
+        let [n, x, y, ..] = self.sums.map(|sum| sum as i32);
+        Some((x.checked_div(n)?, y.checked_div(n)?))
+    }
+
     /// The fit of [`Sums::fit`](super::Sums::fit), in 4096 units of the coordinates.
     pub fn fit(&self) -> Option<Shape> {
         const UNIT: f32 = 1.0 / ONE;
