@@ -51,6 +51,9 @@ const MOST_FAR: f32 = 0.1;
 /// Most crossings beside an arc for each one on it: a circle is left at a corner, a polygon's side or a curve that is no
 /// ellipse runs along it.
 const MOST_BESIDE: f32 = 0.4;
+/// Room for what a better ellipse changes: sectors in which it is seen, and factor on the crossings beside it.
+const ROOM_SEEN: u32 = 2;
+const ROOM_BESIDE: f32 = 2.5;
 
 /// An ellipse, about an integer origin that its user knows, of which arcs are seen.
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +67,48 @@ impl Arc {
     pub fn moved(&self, from: (u16, u16), to: (u16, u16)) -> Self {
         let shift = |from: u16, to: u16| (i32::from(to) - i32::from(from)) as f32;
         Self { shape: self.shape.about(shift(from.0, to.0), shift(from.1, to.1)), ..*self }
+    }
+}
+
+/// Where points lie about an arc's ellipse.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    near: u16,
+    on: u16,
+    beside: u16,
+    /// Sectors with points on it, one bit each.
+    sectors: u32,
+}
+
+impl Seen {
+    fn of(gauge: &Gauge, dark_inside: bool, points: impl Iterator<Item = Point>) -> Self {
+        let mut seen = Self::default();
+        for point in points {
+            let look = gauge.look(&point).filter(|look| look.dark_inside == dark_inside);
+            let Some((look, distance)) = look.and_then(|look| Some((look, gauge.distance(&look)?))) else {
+                continue;
+            };
+            if distance <= ON {
+                seen.on += 1;
+                seen.near += u16::from(distance <= NEAR);
+                seen.sectors |= look.sector();
+            } else if distance <= BESIDE {
+                seen.beside += 1;
+            }
+        }
+        seen
+    }
+
+    /// Whether they make an arc of it.
+    fn is_arc(&self) -> bool {
+        f32::from(self.beside) <= MOST_BESIDE * f32::from(self.on)
+            && f32::from(self.near) >= LEAST_NEAR * f32::from(self.on)
+    }
+
+    /// Whether they can when the ellipse is a better one.
+    fn is_promising(&self) -> bool {
+        self.sectors.count_ones() + ROOM_SEEN >= limits::MIN_SEEN
+            && f32::from(self.beside) <= ROOM_BESIDE * MOST_BESIDE * f32::from(self.on)
     }
 }
 
@@ -81,28 +126,11 @@ pub(crate) fn take(
         return None;
     }
     let gauge = Gauge::new(&arc.shape)?;
-    let (mut near, mut on, mut beside, mut sectors) = (0u16, 0u16, 0u16, 0u32);
-    for crossing in pool.iter(*list) {
-        let look =
-            gauge.look(&Point::new(crossing, origin)).filter(|look| look.dark_inside == arc.dark_inside);
-        let Some((look, distance)) = look.and_then(|look| Some((look, gauge.distance(&look)?))) else {
-            continue;
-        };
-        if distance <= ON {
-            on += 1;
-            near += u16::from(distance <= NEAR);
-            sectors |= look.sector();
-        } else if distance <= BESIDE {
-            beside += 1;
-        }
-    }
-    let seen = sectors.count_ones();
-    let expected = expected_crossings(a, b) * seen as f32 / SECTORS as f32;
-    let enough = seen >= min_seen
-        && f32::from(on) >= 0.5 * expected
-        && f32::from(beside) <= MOST_BESIDE * f32::from(on)
-        && f32::from(near) >= LEAST_NEAR * f32::from(on);
-    if !enough {
+    let points = pool.iter(*list).map(|crossing| Point::new(crossing, origin));
+    let seen = Seen::of(&gauge, arc.dark_inside, points);
+    let sectors = seen.sectors.count_ones();
+    let expected = expected_crossings(a, b) * sectors as f32 / SECTORS as f32;
+    if sectors < min_seen || !seen.is_arc() || f32::from(seen.on) < 0.5 * expected {
         return None;
     }
     let on = |crossing: &Crossing| {

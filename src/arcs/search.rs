@@ -1,9 +1,9 @@
 //! The ellipse with the most points on it.
 
-use super::Arc;
 use super::gauge::{Gauge, PX};
 use super::pieces::{PIECES, Pieces, Unit};
 use super::points::{MAX_POINTS, Point, Points};
+use super::{Arc, Seen};
 use crate::fit::{Adjustment, Rough, Shape};
 use crate::scan::{CrossingList, Pool};
 use heapless::Vec;
@@ -45,16 +45,18 @@ pub(crate) fn free(mut points: Points) -> Option<Arc> {
     let points = points.points.as_slice();
     let unit = Unit::of(points);
     let pieces = Pieces::new(points, &unit);
-    let mut best = None;
-    let mut most = MIN_POINTS as f32;
-    for trial in trials(&pieces, points, &unit).into_iter().flatten() {
-        let Some(arc) = refine(&trial.1, points, &unit, &REFINE) else { continue };
+    let (mut best, mut most) = (None, 0.0);
+    for (_, trial) in trials(&pieces, points, &unit).into_iter().flatten() {
+        let share = scale(&trial);
+        let Some(arc) = approach(&trial, share, points, &unit) else { continue };
         let score = score(&arc, points, TRIAL * scale(&arc));
         if score > most {
-            (best, most) = (Some(arc), score);
+            (best, most) = (Some((arc, share)), score);
         }
     }
-    best
+    let (arc, share) = best?;
+    let arc = finish(&arc, share, points)?;
+    (score(&arc, points, TRIAL * scale(&arc)) > MIN_POINTS as f32).then_some(arc)
 }
 
 /// Share of the distances for the ellipse of an arc.
@@ -183,7 +185,7 @@ pub(crate) fn common(points: &Points, dark_inside: bool, share: f32) -> Option<A
     let mut sum = Rough::default();
     points.points.iter().for_each(|point| unit.add(&mut sum, point));
     let start = Arc { shape: unit.fit(&sum)?, dark_inside };
-    let arc = refine(&start, &points.points, &unit, &[])?;
+    let arc = finish(&start, scale(&start), &points.points)?;
     (near(&arc, &points.points, TRIAL).count() as f32 >= share * points.points.len() as f32).then_some(arc)
 }
 
@@ -207,12 +209,11 @@ fn score(arc: &Arc, points: &[Point], distance: f32) -> f32 {
     sum as f32 / (limit * limit) as f32
 }
 
-/// Fits the ellipse to the points that are near it, again and again: first algebraically within each of `distances`, which
-/// gets there from far but shrinks an arc's ellipse, then geometrically.
-fn refine(arc: &Arc, points: &[Point], unit: &Unit, distances: &[f32]) -> Option<Arc> {
+/// Fits the ellipse to the points that are near it, again and again: algebraically, which gets there from far but shrinks an
+/// arc's ellipse. `None` if what it comes to is clearly none that [`take`](super::take) takes.
+fn approach(arc: &Arc, share: f32, points: &[Point], unit: &Unit) -> Option<Arc> {
     let mut arc = *arc;
-    let share = scale(&arc);
-    for distance in distances.iter().map(|distance| share * distance) {
+    for distance in REFINE.map(|distance| share * distance) {
         let (mut sum, mut count) = (Rough::default(), 0);
         for (point, _) in near(&arc, points, distance) {
             unit.add(&mut sum, point);
@@ -223,7 +224,13 @@ fn refine(arc: &Arc, points: &[Point], unit: &Unit, distances: &[f32]) -> Option
         }
         arc.shape = unit.fit(&sum)?;
     }
-    adjust(&arc, points, &ADJUST.map(|distance| share * distance), step)
+    let seen = Seen::of(&Gauge::new(&arc.shape)?, arc.dark_inside, points.iter().copied());
+    seen.is_promising().then_some(arc)
+}
+
+/// Fits it geometrically.
+fn finish(arc: &Arc, share: f32, points: &[Point]) -> Option<Arc> {
+    adjust(arc, points, &ADJUST.map(|distance| share * distance), step)
 }
 
 /// Adjusts the ellipse geometrically, with the points within each of `distances` in turn.
