@@ -248,7 +248,9 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         loop {
             let dark = self.detector.settings.spec.polarity() == Polarity::Dark;
             let head = self.waiting.take_ready(rows, dark, &mut self.detector.scanner)?;
-            let measured = measure(head, &mut self.detector.scanner, &self.detector.settings);
+            let Detector { scanner, settings } = &mut *self.detector;
+            let alone = scanner.outlines.get(head).is_some_and(candidate::is_alone);
+            let measured = if alone { Err(Reject::Alone) } else { measure(head, scanner, settings) };
             let target = measured.map_err(|cause| self.reject(head, cause));
             self.free(head);
             if let Ok(target) = target {
