@@ -221,7 +221,7 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
         }
         pass.arrow.add_parts(&parts, scene);
         pass.uneven += light.iter().filter(|(sum, count)| gate.is_uneven(*sum, *count)).count() as u32;
-        let _ = pass.seen.push(seen.closed(track.outline.minor));
+        let _ = pass.seen.push(seen.closed(track.own.outline.minor));
     }
     Some(pass)
 }

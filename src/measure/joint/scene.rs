@@ -22,7 +22,7 @@ pub(super) struct Scene<'m> {
     model: &'m Model,
     /// Edges blur into each other.
     pub overlapping: bool,
-    /// These, or edges that bend much: every sample is seen by itself.
+    /// These, or edges that bend much: far stretches are as clear of them as their distances tell.
     pub tight: bool,
     /// Around the target there may be the segments of a code: what is far outside of it tells nothing.
     pub ringed: bool,
@@ -47,10 +47,6 @@ pub(super) struct Scene<'m> {
 impl<'m> Scene<'m> {
     pub fn new(model: &'m Model, size: f32, noise: f32, ringed: bool) -> Self {
         let outlines = &model.outlines;
-        let bent = |outline: &Outline| {
-            let (a, b) = outline.shape.semi_axes();
-            b * b < TIGHT * a
-        };
         let overlapping = (1..outlines.len()).any(|k| within(model, k, k.checked_sub(1), NEAR).is_some());
         let unit = UNIT.0 + UNIT.1 * size;
         let grey = |level: f32| fixed(level.clamp(0.0, 500.0), GREY);
@@ -59,7 +55,7 @@ impl<'m> Scene<'m> {
         Self {
             model,
             overlapping,
-            tight: overlapping || outlines.iter().any(bent),
+            tight: overlapping || outlines.iter().any(is_bent),
             ringed,
             unit,
             dark,
@@ -100,11 +96,6 @@ impl<'m> Scene<'m> {
         (bend * self.blur + (1 << 15)) >> 16
     }
 
-    /// Whether an edge at this distance, px, leaves a level as it is.
-    pub fn is_clear(&self, distance: i32) -> bool {
-        self.deviations(distance.abs()) > (CLEAR * PX as f32) as i32
-    }
-
     #[inline]
     pub fn is_told(&self, level: i32) -> bool {
         level > self.ends.0 && level < self.ends.1
@@ -122,7 +113,11 @@ impl<'m> Scene<'m> {
         let dark_inside = outline.inside < 0.0;
         let next = |next: Option<usize>, reach: f32| within(self.model, k, next, reach);
         let (outer, inner) = (k.checked_sub(1), Some(k + 1));
-        let [outside, inside] = [next(outer, NEAR), next(inner, NEAR)];
+        let side = |next: Option<usize>| match self.outline(next) {
+            Some(outline) if self.tight => Seen::new(outline).map(Some),
+            _ => Some(None),
+        };
+        let [outside, inside] = [next(outer, NEAR), next(inner, NEAR)].map(|next| next.is_some());
         let clear = CLEAR * self.model.blur;
         let far = [next(outer, FAR), next(inner, FAR)];
         let outwards = match self.outline(far[0]) {
@@ -135,14 +130,25 @@ impl<'m> Scene<'m> {
             None => Room::Within(Border::both(&outline.shape, -clear)),
         };
         Some(Track {
-            outline,
+            own: Seen::new(outline)?,
+            bent: is_bent(outline),
             near: if dark_inside { [outside, inside] } else { [inside, outside] },
-            far,
+            beside: [side(far[0])?, side(far[1])?],
             dark_inside,
-            lines: Line::both(outline)?,
             room: [outwards, inwards],
         })
     }
+}
+
+/// Whether an edge so many standard deviations of the blur away leaves a level as it is.
+pub(super) fn is_clear(deviations: i32) -> bool {
+    deviations.abs() > (CLEAR * PX as f32) as i32
+}
+
+/// Whether a parabola is not good enough for the samples of an edge.
+fn is_bent(outline: &Outline) -> bool {
+    let (a, b) = outline.shape.semi_axes();
+    b * b < TIGHT * a
 }
 
 /// The outline `next` to `k`, if the other side of the area between them is nearer than `reach` px and the blur.
@@ -163,27 +169,39 @@ enum Room {
     Around(Option<[Border; 2]>),
 }
 
-/// An outline as crossings see it.
-pub(super) struct Track<'m> {
+/// An outline, and its ellipse as rows and as columns see it.
+pub(super) struct Seen<'m> {
     pub outline: &'m Outline,
-    /// The outlines that have a part in its samples: on the light side and on the dark side.
-    pub near: [Option<usize>; 2],
-    /// Those that its far stretches may reach: outside and inside.
-    pub far: [Option<usize>; 2],
-    pub dark_inside: bool,
-    /// As rows and as columns see it.
     lines: [Line; 2],
-    /// Outside and inside.
-    room: [Room; 2],
 }
 
-impl Track<'_> {
+impl<'m> Seen<'m> {
+    fn new(outline: &'m Outline) -> Option<Self> {
+        Some(Self { outline, lines: Line::both(outline)? })
+    }
+
     #[inline]
     pub fn line(&self, axis: Axis) -> &Line {
         let [row, column] = &self.lines;
         if axis == Axis::Row { row } else { column }
     }
+}
 
+/// An outline as crossings see it.
+pub(super) struct Track<'m> {
+    pub own: Seen<'m>,
+    /// It bends too much for a parabola.
+    pub bent: bool,
+    /// Whether the outlines beside it have a part in its samples: on the light side and on the dark side.
+    pub near: [bool; 2],
+    /// Those that its far stretches may reach: outside and inside. Where nothing is tight none is looked at.
+    pub beside: [Option<Seen<'m>>; 2],
+    pub dark_inside: bool,
+    /// Outside and inside.
+    room: [Room; 2],
+}
+
+impl Track<'_> {
     /// Whether a stretch on an axis, from `first` to `last`, px / 4, outside or inside of the outline, is clear of all edges.
     pub fn is_clear(&self, axis: Axis, inwards: bool, (first, last): (i32, i32), across: i32) -> bool {
         let [outside, inside] = &self.room;
