@@ -2,7 +2,7 @@
 
 use super::arrow::{Place, Sums};
 use super::exact;
-use super::fixed::{GREY, ONE, PX, scale};
+use super::fixed::{BEND, GREY, ONE, PX, scale};
 use super::line::Passage;
 use super::scene::{Scene, Seen, Track, is_clear};
 use crate::edge::normal_fixed;
@@ -41,7 +41,7 @@ pub(super) struct View<'s> {
     /// Half the curvature, 1/px, positive where the edge bends away from light.
     bend: i32,
     /// Standard deviations of the blur beyond the edge as a power series of the distance on the axis, px.
-    series: [i32; 3],
+    series: [i32; 4],
     /// 1 where the axis leads towards light, else -1.
     sign: i32,
     /// Light at the middle; and its change along the axis, 1/px, with 64 times its unit.
@@ -111,8 +111,13 @@ impl<'s> View<'s> {
         let light = ONE + ((slope.0 * middle.0 + slope.1 * middle.1 + (1 << 6)) >> 7);
         let bend = if track.dark_inside { passage.bend } else { -passage.bend };
         let cosine = cosine.abs();
-        let second = (scale(bend, ONE - scale(cosine, cosine)) * scene.sharpness) >> 13;
-        let series = [scale(cosine, scene.sharpness), second, -((scale(bend, cosine) * second) >> 15)];
+        let square = scale(cosine, cosine);
+        let second = (scale(bend, ONE - square) * scene.sharpness) >> 13;
+        let third = -((scale(bend, cosine) * second) >> 15);
+        // In 1/16 of the unit of the others, because it is small.
+        let cube = || (((second * bend) >> 12) * bend + BEND / 2) >> 16;
+        let fourth = if track.bent { 0 } else { scale(cube(), 5 * square - ONE) };
+        let series = [scale(cosine, scene.sharpness), second, third, fourth];
         Some(Self {
             scene,
             track,
@@ -130,11 +135,12 @@ impl<'s> View<'s> {
     }
 
     /// How far the place `at` is beyond the edge towards light, standard deviations of the blur: that from the circle that fits the
-    /// edge where the axis passes it, its series to the third order.
+    /// edge where the axis passes it, its series to the fourth order.
     #[inline]
     fn beyond(&self, at: i32) -> i32 {
-        let [first, second, third] = self.series;
+        let [first, second, third, fourth] = self.series;
         let h = self.sign * (at - self.passage.at);
+        let third = third + ((h * fourth + (1 << 15)) >> 16);
         let second = second + ((h * third) >> 12);
         (h * (first + ((h * second) >> 15)) + (1 << 12)) >> 13
     }
@@ -318,22 +324,18 @@ impl<'s> View<'s> {
         let first = 2 * self.middle.0 + side * 14;
         let last = first + side * (4 << log) - 4 * side;
         let inwards = bright != self.track.dark_inside;
-        if self.scene.tight {
-            self.is_far_away(side, inwards, log)
-        } else {
-            self.track.is_clear(self.axis, inwards, (first, last), 2 * self.middle.1)
-        }
+        self.track
+            .is_clear(self.axis, inwards, (first, last), 2 * self.middle.1)
+            .unwrap_or_else(|| self.is_far_away(side, inwards, log))
     }
 
-    /// The same by the distances from the edges, which bend too much for borders that are ellipses.
+    /// The same by the distance from the edge.
     fn is_far_away(&self, side: i32, inwards: bool, log: u32) -> bool {
         let (first, last) = (side * FAR, side * (FAR + (PX << log) - PX));
         let [outside, inside] = &self.track.beside;
         let (seen, at) = match if inwards { inside } else { outside } {
             Some(next) if inwards => (next, self.nearest(next).max(first.min(last)).min(first.max(last))),
-            Some(next) => (next, last),
-            None if inwards => (&self.track.own, last),
-            None => return !self.scene.ringed,
+            next => (next.as_ref().unwrap_or(&self.track.own), last),
         };
         self.deviations(seen, at).is_none_or(|(z, _)| is_clear(z))
     }
