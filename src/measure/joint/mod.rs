@@ -163,6 +163,7 @@ pub(super) fn joint(
 }
 
 /// Steps with few crossings, until they settle. Gives the noise of a sample.
+#[inline(never)]
 fn settle_few(
     model: &mut Model,
     edges: &Edges<'_>,
