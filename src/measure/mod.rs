@@ -53,25 +53,46 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     }
     let open = scanner.outlines.get(head).is_some_and(|outline| outline.is_open());
     let about = Origin::new(origin, settings.known_camera()).ok_or(Reject::NotElliptic)?;
-    let width = scanner.width();
-    let covered = ARCS && edges.iter().any(|edge| edge.partial);
-    if covered {
+    if ARCS && edges.iter().any(|edge| edge.partial) {
         let plain = Origin::new(origin, None).ok_or(Reject::NotElliptic)?;
         rough(&mut edges, &scanner.pool, &plain);
     } else if JOINT
-        && let Some((fitted, light)) =
-            joint(&Edges { edges: &edges, origin }, &scanner.pool, &about, settings.code.is_some())
+        && let Some(found) = undisturbed(&Edges { edges: &edges, origin }, scanner, settings, &about)
     {
-        let circles = choose(&fitted, settings, width)?;
-        return assemble(&circles, settings, &light, &about);
+        return found;
     }
-    let edges = Edges { edges: &edges, origin };
-    let pool = &mut scanner.pool;
-    let (levels, blur, disturbed) = disturbed_levels(&edges, pool, covered)?;
+    disturbed(&Edges { edges: &edges, origin }, scanner, settings, (&about, open))
+}
+
+/// A target that is seen whole. `None` where anything disturbs it.
+#[inline(never)]
+fn undisturbed(
+    edges: &Edges<'_>,
+    scanner: &Scanner<'_>,
+    settings: &Settings,
+    about: &Origin,
+) -> Option<Result<Target, Reject>> {
+    let (fitted, light) = joint(edges, &scanner.pool, about, settings.code.is_some())?;
+    let circles = choose(&fitted, settings, scanner.width());
+    Some(circles.and_then(|circles| assemble(&circles, settings, &light, about)))
+}
+
+/// A target of which not everything is seen, or in front of which something is; `open` tells that its outline is.
+#[inline(never)]
+fn disturbed(
+    edges: &Edges<'_>,
+    scanner: &mut Scanner<'_>,
+    settings: &Settings,
+    (about, open): (&Origin, bool),
+) -> Result<Target, Reject> {
+    let (width, pool) = (scanner.width(), &mut scanner.pool);
+    let given = !settings.spec.ratios().is_empty();
+    let covered = ARCS && edges.edges.iter().any(|edge| edge.partial);
+    let (levels, blur, spoiled) = disturbed_levels(edges, pool, covered)?;
     // What disturbs one edge does not disturb all.
     let noise = (0..edges.edges.len())
-        .fold(f32::INFINITY, |least, k| least.min(edge::place(&edges, k, pool, &levels, blur)));
-    let source = Source { edges: edges.edges, pool, origin: &about, noise };
+        .fold(f32::INFINITY, |least, k| least.min(edge::place(edges, k, pool, &levels, blur)));
+    let source = Source { edges: edges.edges, pool, origin: about, noise };
     let circles = choose(&fit_all(&source)?, settings, width)?;
     let light = Light::new(&levels, blur, circles.first());
     let found = if circles.iter().any(Fitted::is_occluded) {
@@ -79,13 +100,13 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
         if open && !all.has_ratios(settings.spec.ratios()) {
             return Err(Reject::OpenOutline);
         }
-        let forms = Forms::together(&all, light.plane, &about).ok_or(Reject::NotConcentric)?;
-        target(&all.circles, &forms, settings, (&light, &about))
+        let forms = Forms::together(&all, light.plane, about).ok_or(Reject::NotConcentric)?;
+        target(&all.circles, &forms, settings, (&light, about))
     } else {
-        assemble(&circles, settings, &light, &about)
+        assemble(&circles, settings, &light, about)
     };
     // What the joint estimate has refused is spoiled. Without it there is only what the levels and the gaps show.
-    let spoiled = JOINT || disturbed || circles.iter().any(Fitted::has_gap);
+    let spoiled = JOINT || spoiled || circles.iter().any(Fitted::has_gap);
     let excess = match (covered, spoiled) {
         (true, _) => limits::COVERED_VARIANCE,
         (false, true) => limits::SPOILED_VARIANCE,
@@ -96,6 +117,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
 
 /// Levels and blur of a target of which not everything is seen (`covered`), or in front of which something may be; and whether
 /// something is.
+#[inline(never)]
 fn disturbed_levels(
     edges: &Edges<'_>,
     pool: &Pool<'_>,
@@ -193,6 +215,7 @@ fn check_contrast(contrast: f32) -> Result<(), Reject> {
 }
 
 /// Fits every edge. Those that are no ellipse are left out; an error if less than two remain.
+#[inline(never)]
 fn fit_all(source: &Source<'_, '_>) -> Result<FittedList, Reject> {
     let mut fitted = FittedList::new();
     let mut cause = Reject::Alone;
@@ -243,6 +266,7 @@ impl Light {
 }
 
 /// The target that `circles` make, which are those of one target and have their ratios.
+#[inline(never)]
 pub(crate) fn assemble(
     circles: &FittedList,
     settings: &Settings,

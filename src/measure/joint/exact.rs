@@ -43,14 +43,12 @@ impl Place {
         Some(Self { middle, axes })
     }
 
-    /// Distance of the place `at` on the axis from an outline, towards light, and half the curvature there, positive where the edge
-    /// bends away from light.
-    pub fn depth(&self, outline: &Outline, at: i32) -> (i32, i32) {
+    /// Distance of the place `at` on the axis from an outline, positive outside, and half the curvature there.
+    pub fn distance(&self, outline: &Outline, at: i32) -> (i32, i32) {
         let at = at as f32 / PX as f32;
         let place = (self.middle.0 + at * self.axes.along.0, self.middle.1 + at * self.axes.along.1);
         let (distance, curvature) = distance(outline, place, &self.axes);
-        let lightward = -outline.inside;
-        (bounded(lightward * distance, DEEPEST, PX), bounded(0.5 * lightward * curvature, 1.0, BEND))
+        (bounded(distance, DEEPEST, PX), bounded(0.5 * curvature, 1.0, BEND))
     }
 
     /// Where the axis comes nearest to the centre of an outline, in the measure of its ellipse.

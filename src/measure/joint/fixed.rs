@@ -40,6 +40,52 @@ pub(super) fn reciprocal((x, y): (i32, i32)) -> i32 {
     scale(near, 3 * ONE - scale(square, scale(near, near))) >> 1
 }
 
+/// The reciprocal of a square root.
+pub(super) struct Inverse {
+    /// Of the root after so many doublings.
+    inverse: i32,
+    doublings: u32,
+}
+
+impl Inverse {
+    /// The least square of which there is one.
+    const LEAST: u32 = 1 << 20;
+
+    /// Of a square of which one is 1 << 28. `None` below 1/256.
+    #[inline]
+    pub fn of_root(square: u32) -> Option<Self> {
+        /// The parabola that differs least from 1 / root of 1 to 4.
+        const PARABOLA: [u32; 3] = [87_493, 26_885, 3349];
+        const MOST: u32 = (1 << 16) - 1;
+        if square < Self::LEAST {
+            return None;
+        }
+        let doublings = square.leading_zeros() / 2;
+        let square = (square << (2 * doublings)) >> 15;
+        let [a, b, c] = PARABOLA;
+        let mut root = a - ((square * (b - ((c * square) >> 15))) >> 15);
+        // Two steps of Newton.
+        for _ in 0..2 {
+            root = root.min(MOST);
+            let excess = (1u32 << 31).wrapping_sub(square * ((root * root) >> 16)) as i32;
+            root = root.wrapping_add_signed((root as i32 * (excess >> 16)) >> 16);
+        }
+        Some(Self { inverse: ((root + 1) >> 1) as i32, doublings })
+    }
+
+    /// `x` times it.
+    #[inline]
+    pub fn of(&self, x: i32) -> i32 {
+        (x * self.inverse) >> (16 - self.doublings)
+    }
+
+    /// A component of the vector whose length it is the reciprocal of, times it.
+    #[inline]
+    pub fn cosine(&self, component: i32) -> i32 {
+        ((component << self.doublings) * self.inverse) >> 16
+    }
+}
+
 /// A vector of length nearly one with that length.
 pub(super) fn unit(vector: (i32, i32)) -> (i32, i32) {
     let reciprocal = reciprocal(vector);

@@ -1,23 +1,26 @@
 //! Where the axis of a crossing passes an ellipse, in integers: for an image without distortion.
 
-use super::fixed::{BEND, ONE, PX, fixed, reciprocal, scale, wide};
+use super::fixed::{BEND, Inverse, ONE, PX, fixed, reciprocal, scale, wide};
 use crate::appearance::Outline;
 use crate::fit::{Frame, Shape};
 use crate::math;
 
 /// Bits of the frame of an ellipse, and of places in it.
 const FRAME: u32 = 30;
-const PLACE: u32 = 28;
+const PLACE: u32 = 26;
 /// The same for a look that need not be exact.
 const COARSE: u32 = 22;
 /// Farthest place in the frame that is looked at.
-const FARTHEST: u32 = 11 << (PLACE - 3);
+const FARTHEST: u32 = 11 << (PLACE - 2);
 /// Farthest from the ellipse, 1/16384 px: before and after the gradient's length is known.
 const DEEPEST: [i32; 2] = [60_000, 50_000];
 /// Largest change of the cosine along the axis, 1/px.
 const BENT: i32 = BEND * 2 / 5;
-/// Least square of the gradient in units of the semi-minor axis.
-const FLAT: u32 = 1 << 22;
+/// Half the conic in units of the semi-minor axis beyond which no distance is told, px.
+const AWAY: i32 = 15 * PX;
+/// Largest distances that are told from each other, px, and farthest that the nearest place on an ellipse lies aside.
+const DISTANT: i32 = 11 * PX;
+const ASIDE: i32 = 8 * PX;
 /// Least |cosine| of an axis of which a pixel can be nearer to the edge than along the other axis.
 const LEAST_COSINE: i32 = ONE * 7 / 20;
 /// Farthest that an axis is followed to the ellipse, px.
@@ -128,17 +131,8 @@ impl Line {
     /// Where the axis through a place near the ellipse, px from its centre, passes it. `None` where it misses it, or nearly.
     #[inline]
     pub fn passage(&self, (along, across): (i32, i32)) -> Option<Passage> {
-        let [l0, l1, l2] = self.frame;
-        let sum = i64::from(l0) * i64::from(along) + i64::from(l1) * i64::from(across);
-        let (u, v) = ((sum >> 14) as i32, wide(l2, across, 14));
-        if u.unsigned_abs() > FARTHEST || v.unsigned_abs() > FARTHEST {
-            return None;
-        }
-        let excess = wide(u, u, PLACE) + wide(v, v, PLACE) - (1 << PLACE);
-        let (u, v) = (u >> 13, v >> 13);
-        let [m0, m1, m2] = self.by_minor;
-        let gradient = ((m0 * u) >> 15, (m1 * u + m2 * v) >> 15);
-        let inverse = Inverse::new(gradient)?;
+        let Look { place: (u, v), excess, gradient } = self.look((along, across))?;
+        let inverse = Inverse::of_root(square(gradient))?;
         let depth = wide(excess, self.minor, PLACE - 1);
         if depth.abs() > DEEPEST[0] {
             return None;
@@ -161,15 +155,62 @@ impl Line {
         let cosines = (moved(cosines.0, change.0), moved(cosines.1, change.1));
         let norm = reciprocal(cosines);
         let reach = scale(inverse.of(self.ratio), norm);
-        let place = (u + (((l0 >> 13) * at) >> 15), v);
+        let u = u + (((self.frame[0] >> 13) * at) >> 16);
         Some(Passage {
             at: (at + 1) >> 1,
             cosines: (scale(cosines.0, norm), scale(cosines.1, norm)),
             change: (scale(change.0, norm), scale(change.1, norm)),
             bend: scale(scale(scale(self.bend, reach), reach), reach),
             reach,
-            direction: self.turned((place.0 >> 1, place.1 >> 1)),
+            direction: self.turned((u, v)),
         })
+    }
+
+    /// A place, px from the centre, as the ellipse has it. `None` far away.
+    #[inline]
+    fn look(&self, (along, across): (i32, i32)) -> Option<Look> {
+        let [l0, l1, l2] = self.frame;
+        let sum = i64::from(l0) * i64::from(along) + i64::from(l1) * i64::from(across);
+        let (u, v) = ((sum >> 16) as i32, wide(l2, across, 16));
+        if u.unsigned_abs() > FARTHEST || v.unsigned_abs() > FARTHEST {
+            return None;
+        }
+        let excess = wide(u, u, PLACE) + wide(v, v, PLACE) - (1 << PLACE);
+        let (u, v) = (u >> (PLACE - 14), v >> (PLACE - 14));
+        let [m0, m1, m2] = self.by_minor;
+        Some(Look { place: (u, v), excess, gradient: ((m0 * u) >> 15, (m1 * u + m2 * v) >> 15) })
+    }
+
+    /// Distance of a place, px from the centre, from the ellipse, positive outside, and half the curvature of the nearest place on
+    /// it: exact near the ellipse and for a circle. `None` far away.
+    pub fn distance(&self, (along, across): (i32, i32)) -> Option<(i32, i32)> {
+        let Look { excess, gradient, .. } = self.look((along, across))?;
+        let depth = wide(excess, self.minor, PLACE + 1);
+        if depth.abs() > AWAY {
+            return None;
+        }
+        let radius_square = excess + (1 << PLACE);
+        let inverses = Inverse::of_root((radius_square as u32) << 2).zip(Inverse::of_root(square(gradient)));
+        // The middle has no direction.
+        let Some((by_radius, by_gradient)) = inverses else {
+            return Some(((-self.minor).max(-DISTANT), self.bend));
+        };
+        let (radius, by_radius) = (by_radius.of(radius_square >> (PLACE - 13)) << 1, by_radius.of(ONE));
+        let depth = wide(by_gradient.of(depth), (2 << 28) / (ONE + by_radius).max(1), 14);
+        let reach = scale(by_gradient.of(self.ratio), radius);
+        let bend = scale(scale(scale(self.bend, reach), reach), reach);
+        // The place in the same direction from the centre is not the nearest one: the ellipse curves away between them.
+        let tangential = wide(along, by_gradient.cosine(gradient.1), 14)
+            - wide(across, by_gradient.cosine(gradient.0), 14);
+        let aside = wide(tangential, ONE - by_radius, 14).clamp(-ASIDE, ASIDE);
+        let distance = depth + wide(bend, (aside * aside) >> 12, 16);
+        Some((distance.clamp(-DISTANT, DISTANT), bend))
+    }
+
+    /// Where the axis through a place, px from the centre, comes nearest to that, in the measure of the ellipse. `None` far away.
+    pub fn nearest(&self, place: (i32, i32)) -> Option<i32> {
+        let look = self.look(place)?;
+        Some(-(look.place.0 << 12) / (self.frame[0] >> 16).max(1))
     }
 
     fn turned(&self, (u, v): (i32, i32)) -> (i32, i32) {
@@ -178,35 +219,19 @@ impl Line {
     }
 }
 
-/// The reciprocal of the length of a vector.
-struct Inverse {
-    /// Of the length after so many doublings.
-    inverse: i32,
-    doublings: u32,
+/// A place as an ellipse has it.
+struct Look {
+    /// In the frame where the ellipse is the unit circle.
+    place: (i32, i32),
+    /// The conic: the square of that, less 1.
+    excess: i32,
+    /// Half its gradient along and across the axis, in units of the semi-minor axis.
+    gradient: (i32, i32),
 }
 
-impl Inverse {
-    /// `None` of nothing. The vector's one is 1 << 15.
-    #[inline]
-    fn new((x, y): (i32, i32)) -> Option<Self> {
-        let square = x.unsigned_abs().pow(2) + y.unsigned_abs().pow(2);
-        if square < FLAT {
-            return None;
-        }
-        let doublings = square.leading_zeros() / 2;
-        let length = (square << (2 * doublings)).isqrt();
-        Some(Self { inverse: ((1 << 30) / length.max(1)) as i32, doublings })
-    }
-
-    /// `x` times it.
-    fn of(&self, x: i32) -> i32 {
-        (x * self.inverse) >> (15 - self.doublings)
-    }
-
-    /// A component of the vector times it.
-    fn cosine(&self, component: i32) -> i32 {
-        ((component << self.doublings) * self.inverse) >> 16
-    }
+/// Square of a vector's length.
+fn square((x, y): (i32, i32)) -> u32 {
+    x.unsigned_abs().pow(2) + y.unsigned_abs().pow(2)
 }
 
 /// An ellipse grown by some width, which tells on which side of it a place is.

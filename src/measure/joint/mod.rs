@@ -45,6 +45,10 @@ const FEW_STEPS: usize = 5;
 const STEPS: usize = 4;
 /// A step with few crossings below this, px, is the last, because its own noise is as large; ...
 const SETTLED_FEW: f32 = 0.1;
+/// The first one is if it also changes the blur by less than this share, and leaves less noise than this share of the contrast: so
+/// little that nothing foreign hides in it.
+const SETTLED_BLUR: f32 = 0.1;
+const QUIET: f32 = 0.04;
 /// ... one with all below this: the next would be its square over the blur.
 const SETTLED: f32 = 0.05;
 /// The same where edges blur into each other, which the equations leave out.
@@ -159,6 +163,7 @@ pub(super) fn joint(
 }
 
 /// Steps with few crossings, until they settle. Gives the noise of a sample.
+#[inline(never)]
 fn settle_few(
     model: &mut Model,
     edges: &Edges<'_>,
@@ -171,10 +176,13 @@ fn settle_few(
         let gate = Gate::new(true, misfit, (misfit, f32::INFINITY), 0.0);
         let scene = Scene::new(model, size, ROUNDING, ringed);
         let solved = pass(&scene, edges, pool, origin, &gate)?.arrow.solve(&scene, size)?;
-        let moved = model.take(&solved.step(), size)?;
+        let taken = solved.step();
+        let moved = model.take(&taken, size)?;
         let noise = math::sqrt(solved.variance).max(ROUNDING);
         // The first step finds the light; what fits it badly is not known before.
-        if step > 0 && moved < SETTLED_FEW {
+        let known =
+            step > 0 || noise < QUIET * model.contrast() && taken.shared.iter().last()?.abs() < SETTLED_BLUR;
+        if known && moved < SETTLED_FEW {
             return Some(noise);
         }
         misfit = (FOREIGN_FEW * model.contrast() + SIGMAS * noise).min(0.5 * FOREIGN * model.contrast());
@@ -221,7 +229,7 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
         }
         pass.arrow.add_parts(&parts, scene);
         pass.uneven += light.iter().filter(|(sum, count)| gate.is_uneven(*sum, *count)).count() as u32;
-        let _ = pass.seen.push(seen.closed(track.outline.minor));
+        let _ = pass.seen.push(seen.closed(track.own.outline.minor));
     }
     Some(pass)
 }

@@ -13,7 +13,7 @@ const CLEAR: f32 = 2.5;
 const NEAR: f32 = 3.0;
 const FAR: f32 = 19.5;
 /// Radius of curvature at the ends of the major axis below which a parabola is not good enough for the samples of an edge, px.
-const TIGHT: f32 = 4.0;
+const TIGHT: f32 = 3.0;
 /// How far beyond the target, px, and how many times its size the unit of places is.
 const UNIT: (f32, f32) = (16.0, 2.0);
 
@@ -22,10 +22,8 @@ pub(super) struct Scene<'m> {
     model: &'m Model,
     /// Edges blur into each other.
     pub overlapping: bool,
-    /// These, or edges that bend much: every sample is seen by itself.
-    pub tight: bool,
     /// Around the target there may be the segments of a code: what is far outside of it tells nothing.
-    pub ringed: bool,
+    ringed: bool,
     /// Unit of places, px.
     pub unit: f32,
     /// Grey levels.
@@ -47,10 +45,6 @@ pub(super) struct Scene<'m> {
 impl<'m> Scene<'m> {
     pub fn new(model: &'m Model, size: f32, noise: f32, ringed: bool) -> Self {
         let outlines = &model.outlines;
-        let bent = |outline: &Outline| {
-            let (a, b) = outline.shape.semi_axes();
-            b * b < TIGHT * a
-        };
         let overlapping = (1..outlines.len()).any(|k| within(model, k, k.checked_sub(1), NEAR).is_some());
         let unit = UNIT.0 + UNIT.1 * size;
         let grey = |level: f32| fixed(level.clamp(0.0, 500.0), GREY);
@@ -59,7 +53,6 @@ impl<'m> Scene<'m> {
         Self {
             model,
             overlapping,
-            tight: overlapping || outlines.iter().any(bent),
             ringed,
             unit,
             dark,
@@ -100,11 +93,6 @@ impl<'m> Scene<'m> {
         (bend * self.blur + (1 << 15)) >> 16
     }
 
-    /// Whether an edge at this distance, px, leaves a level as it is.
-    pub fn is_clear(&self, distance: i32) -> bool {
-        self.deviations(distance.abs()) > (CLEAR * PX as f32) as i32
-    }
-
     #[inline]
     pub fn is_told(&self, level: i32) -> bool {
         level > self.ends.0 && level < self.ends.1
@@ -122,27 +110,47 @@ impl<'m> Scene<'m> {
         let dark_inside = outline.inside < 0.0;
         let next = |next: Option<usize>, reach: f32| within(self.model, k, next, reach);
         let (outer, inner) = (k.checked_sub(1), Some(k + 1));
-        let [outside, inside] = [next(outer, NEAR), next(inner, NEAR)];
+        let far = [next(outer, FAR), next(inner, FAR)].map(|next| self.outline(next));
+        let near = [next(outer, NEAR), next(inner, NEAR)].map(|next| next.is_some());
         let clear = CLEAR * self.model.blur;
-        let far = [next(outer, FAR), next(inner, FAR)];
-        let outwards = match self.outline(far[0]) {
-            Some(outer) => Room::Within(Border::both(&outer.shape, -clear)),
-            None if self.ringed => Room::None,
-            None => Room::All,
-        };
-        let inwards = match self.outline(far[1]) {
-            Some(inner) => Room::Around(Border::both(&inner.shape, clear)),
-            None => Room::Within(Border::both(&outline.shape, -clear)),
+        let room = [
+            match far[0] {
+                Some(outer) if is_bent(outer) => Room::Distant,
+                Some(outer) => Room::Within(Border::both(&outer.shape, -clear)),
+                None if self.ringed => Room::None,
+                None => Room::All,
+            },
+            match far[1] {
+                Some(inner) if is_bent(inner) => Room::Distant,
+                Some(inner) => Room::Around(Border::both(&inner.shape, clear)),
+                None if is_bent(outline) => Room::Distant,
+                None => Room::Within(Border::both(&outline.shape, -clear)),
+            },
+        ];
+        let beside = |i: usize| {
+            let seen = near[i] || matches!(room[i], Room::Distant);
+            far[i].filter(|_| seen).map_or(Some(None), |outline| Seen::new(outline).map(Some))
         };
         Some(Track {
-            outline,
-            near: if dark_inside { [outside, inside] } else { [inside, outside] },
-            far,
+            own: Seen::new(outline)?,
+            bent: is_bent(outline),
+            near: if dark_inside { near } else { [near[1], near[0]] },
+            beside: [beside(0)?, beside(1)?],
             dark_inside,
-            lines: Line::both(outline)?,
-            room: [outwards, inwards],
+            room,
         })
     }
+}
+
+/// Whether an edge so many standard deviations of the blur away leaves a level as it is.
+pub(super) fn is_clear(deviations: i32) -> bool {
+    deviations.abs() > (CLEAR * PX as f32) as i32
+}
+
+/// Whether a parabola is not good enough for the samples of an edge.
+fn is_bent(outline: &Outline) -> bool {
+    let (a, b) = outline.shape.semi_axes();
+    b * b < TIGHT * a
 }
 
 /// The outline `next` to `k`, if the other side of the area between them is nearer than `reach` px and the blur.
@@ -161,40 +169,63 @@ enum Room {
     /// Inside of this border, and outside of it, for rows and for columns.
     Within(Option<[Border; 2]>),
     Around(Option<[Border; 2]>),
+    /// Where it is as clear of the edge as its distance tells, because that bends too much for a border that is an ellipse.
+    Distant,
 }
 
-/// An outline as crossings see it.
-pub(super) struct Track<'m> {
+/// An outline, and its ellipse as rows and as columns see it.
+pub(super) struct Seen<'m> {
     pub outline: &'m Outline,
-    /// The outlines that have a part in its samples: on the light side and on the dark side.
-    pub near: [Option<usize>; 2],
-    /// Those that its far stretches may reach: outside and inside.
-    pub far: [Option<usize>; 2],
-    pub dark_inside: bool,
-    /// As rows and as columns see it.
     lines: [Line; 2],
-    /// Outside and inside.
-    room: [Room; 2],
 }
 
-impl Track<'_> {
+impl<'m> Seen<'m> {
+    fn new(outline: &'m Outline) -> Option<Self> {
+        Some(Self { outline, lines: Line::both(outline)? })
+    }
+
     #[inline]
     pub fn line(&self, axis: Axis) -> &Line {
         let [row, column] = &self.lines;
         if axis == Axis::Row { row } else { column }
     }
+}
 
-    /// Whether a stretch on an axis, from `first` to `last`, px / 4, outside or inside of the outline, is clear of all edges.
-    pub fn is_clear(&self, axis: Axis, inwards: bool, (first, last): (i32, i32), across: i32) -> bool {
+/// An outline as crossings see it.
+pub(super) struct Track<'m> {
+    pub own: Seen<'m>,
+    /// It bends too much for a parabola.
+    pub bent: bool,
+    /// Whether the outlines beside it have a part in its samples: on the light side and on the dark side.
+    pub near: [bool; 2],
+    /// These outlines, and those whose distance says where a far stretch is clear of them: outside and inside.
+    pub beside: [Option<Seen<'m>>; 2],
+    pub dark_inside: bool,
+    /// Outside and inside.
+    room: [Room; 2],
+}
+
+impl Track<'_> {
+    /// Whether a stretch on an axis, from `first` to `last`, px / 4, outside or inside of the outline, is clear of all edges. `None`
+    /// where their distance tells.
+    #[inline]
+    pub fn is_clear(
+        &self,
+        axis: Axis,
+        inwards: bool,
+        (first, last): (i32, i32),
+        across: i32,
+    ) -> Option<bool> {
         let [outside, inside] = &self.room;
         let of = |[row, column]: &[Border; 2]| if axis == Axis::Row { *row } else { *column };
-        match if inwards { inside } else { outside } {
+        Some(match if inwards { inside } else { outside } {
+            Room::Distant => return None,
             Room::None => false,
             Room::All => true,
             Room::Within(border) => border.as_ref().is_some_and(|border| of(border).contains(last, across)),
             Room::Around(border) => {
                 border.as_ref().is_some_and(|border| !of(border).meets((first, last), across))
             }
-        }
+        })
     }
 }

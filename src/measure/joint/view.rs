@@ -2,9 +2,9 @@
 
 use super::arrow::{Place, Sums};
 use super::exact;
-use super::fixed::{GREY, ONE, PX, scale};
+use super::fixed::{BEND, GREY, ONE, PX, scale};
 use super::line::Passage;
-use super::scene::{Scene, Track};
+use super::scene::{Scene, Seen, Track, is_clear};
 use crate::edge::normal_fixed;
 use crate::measure::Origin;
 use crate::scan::{Axis, Crossing, NEAR};
@@ -35,13 +35,13 @@ pub(super) struct View<'s> {
     axis: Axis,
     /// The middle between its inner samples about the origin, px / 2, along and across the axis.
     middle: (i32, i32),
-    /// In the undistorted plane, where something needs it.
+    /// In the undistorted plane, where a lens distorts the image.
     exact: Option<exact::Place>,
     passage: Passage,
     /// Half the curvature, 1/px, positive where the edge bends away from light.
     bend: i32,
     /// Standard deviations of the blur beyond the edge as a power series of the distance on the axis, px.
-    series: [i32; 3],
+    series: [i32; 4],
     /// 1 where the axis leads towards light, else -1.
     sign: i32,
     /// Light at the middle; and its change along the axis, 1/px, with 64 times its unit.
@@ -93,12 +93,12 @@ impl<'s> View<'s> {
         } else {
             ((2 * y - 1, 2 * x), (scene.slopes.1, scene.slopes.0))
         };
-        let needs = scene.tight || origin.lens().is_some();
-        let exact = if needs { Some(exact::Place::new(axis, middle, origin)?) } else { None };
+        let exact =
+            if origin.lens().is_some() { Some(exact::Place::new(axis, middle, origin)?) } else { None };
         let passage = match &exact {
-            Some(exact) if origin.lens().is_some() => exact.passage(track.outline)?,
-            _ => {
-                let line = track.line(axis);
+            Some(exact) => exact.passage(track.own.outline)?,
+            None => {
+                let line = track.own.line(axis);
                 line.passage(line.about_centre(middle))?
             }
         };
@@ -111,8 +111,13 @@ impl<'s> View<'s> {
         let light = ONE + ((slope.0 * middle.0 + slope.1 * middle.1 + (1 << 6)) >> 7);
         let bend = if track.dark_inside { passage.bend } else { -passage.bend };
         let cosine = cosine.abs();
-        let second = (scale(bend, ONE - scale(cosine, cosine)) * scene.sharpness) >> 13;
-        let series = [scale(cosine, scene.sharpness), second, -((scale(bend, cosine) * second) >> 15)];
+        let square = scale(cosine, cosine);
+        let second = (scale(bend, ONE - square) * scene.sharpness) >> 13;
+        let third = -((scale(bend, cosine) * second) >> 15);
+        // In 1/16 of the unit of the others, because it is small.
+        let cube = || (((second * bend) >> 12) * bend + BEND / 2) >> 16;
+        let fourth = if track.bent { 0 } else { scale(cube(), 5 * square - ONE) };
+        let series = [scale(cosine, scene.sharpness), second, third, fourth];
         Some(Self {
             scene,
             track,
@@ -130,11 +135,12 @@ impl<'s> View<'s> {
     }
 
     /// How far the place `at` is beyond the edge towards light, standard deviations of the blur: that from the circle that fits the
-    /// edge where the axis passes it, its series to the third order.
+    /// edge where the axis passes it, its series to the fourth order.
     #[inline]
     fn beyond(&self, at: i32) -> i32 {
-        let [first, second, third] = self.series;
+        let [first, second, third, fourth] = self.series;
         let h = self.sign * (at - self.passage.at);
+        let third = third + ((h * fourth + (1 << 15)) >> 16);
         let second = second + ((h * third) >> 12);
         (h * (first + ((h * second) >> 15)) + (1 << 12)) >> 13
     }
@@ -150,31 +156,25 @@ impl<'s> View<'s> {
     pub fn samples(&self) -> Option<Samples> {
         let scene = self.scene;
         let mut own = self.owns();
-        let mut depths = [0; NEAR];
         // Standard deviations of the blur: where the level of one half is, and so many beyond the edge.
         let (mut leads, mut beyond) = ([scene.lead(self.bend); NEAR], [0; NEAR]);
-        if let Some(exact) = self.exact.as_ref().filter(|_| scene.tight) {
-            for i in 0..NEAR {
-                if own[i] {
-                    let (depth, bend) = exact.depth(self.track.outline, near_place(i));
-                    (depths[i], leads[i]) = (depth, scene.lead(bend));
-                    beyond[i] = scene.deviations(depth);
+        for i in 0..NEAR {
+            if !self.track.bent {
+                beyond[i] = self.beyond(near_place(i));
+            } else if own[i] {
+                match self.deviations(&self.track.own, near_place(i)) {
+                    Some(here) => (beyond[i], leads[i]) = here,
+                    None => own[i] = false,
                 }
             }
-        } else {
-            beyond = core::array::from_fn(|i| self.beyond(near_place(i)));
         }
         let (mut lightness, mut by_blur, mut by_place) = ([0; NEAR], [0; NEAR], [0; NEAR]);
         for i in 0..NEAR {
             (lightness[i], by_place[i]) = normal_fixed(beyond[i] + leads[i]);
             by_blur[i] = (by_place[i] * (leads[i] - beyond[i])) >> 12;
         }
-        if let Some(exact) = self.exact.as_ref().filter(|_| scene.overlapping) {
-            for i in 0..NEAR {
-                if own[i] {
-                    own[i] = self.add_next(exact, i, depths[i], (&mut lightness[i], &mut by_blur[i]));
-                }
-            }
+        if scene.overlapping {
+            self.add_next(&mut own, &beyond, (&mut lightness, &mut by_blur));
         }
         let (mut n, mut misfit, mut residuals) = (0, 0, [0; NEAR]);
         for i in 0..NEAR {
@@ -200,28 +200,51 @@ impl<'s> View<'s> {
         })
     }
 
-    /// Adds what the edges beside this one give to a sample: light of the dark area beyond, and dark of the light area beyond. Gives
-    /// whether this edge is the nearest one.
+    /// How far the place `at` on the axis is beyond an outline's edge towards light, and where the level of one half is there,
+    /// standard deviations of the blur. `None` far away.
+    fn deviations(&self, seen: &Seen<'_>, at: i32) -> Option<(i32, i32)> {
+        let (depth, bend) = match &self.exact {
+            Some(exact) => exact.distance(seen.outline, at),
+            None => {
+                let line = seen.line(self.axis);
+                let (along, across) = line.about_centre(self.middle);
+                line.distance((along + at, across))?
+            }
+        };
+        let (depth, bend) = if seen.outline.inside < 0.0 { (depth, bend) } else { (-depth, -bend) };
+        Some((self.scene.deviations(depth), self.scene.lead(bend)))
+    }
+
+    /// Adds what the edges beside this one give to its samples: light of the dark area beyond, and dark of the light area beyond.
+    /// Samples that are nearer to one of these are not its `own`.
     fn add_next(
         &self,
-        exact: &exact::Place,
-        i: usize,
-        depth: i32,
-        (lightness, by_blur): (&mut i32, &mut i32),
-    ) -> bool {
-        let scene = self.scene;
-        let mut nearest = true;
-        for (next, beyond) in self.track.near.into_iter().zip([-ONE, 0]) {
-            let Some(next) = scene.outline(next) else { continue };
-            let (other, bend) = exact.depth(next, near_place(i));
-            let (z, lead) = (scene.deviations(other), scene.lead(bend));
-            let (share, density) = normal_fixed(z + lead);
-            *lightness += share + beyond;
-            *by_blur += (density * (lead - z)) >> 12;
-            nearest &= other.abs() > depth.abs();
+        own: &mut [bool; NEAR],
+        beyond: &[i32; NEAR],
+        (lightness, by_blur): (&mut [i32; NEAR], &mut [i32; NEAR]),
+    ) {
+        let [outside, inside] = &self.track.beside;
+        let [light, dark] = if self.track.dark_inside { [outside, inside] } else { [inside, outside] };
+        let [near_light, near_dark] = self.track.near;
+        for (next, near, side) in [(light, near_light, 1), (dark, near_dark, -1)] {
+            let Some(next) = next.as_ref().filter(|_| near) else { continue };
+            // From the sample nearest to that edge.
+            for step in 0..NEAR {
+                let i = if side == self.sign { NEAR - 1 - step } else { step };
+                if !own[i] {
+                    continue;
+                }
+                let Some((z, lead)) = self.deviations(next, near_place(i)).filter(|(z, _)| side * z <= OVER)
+                else {
+                    break;
+                };
+                let (share, density) = normal_fixed(z + lead);
+                lightness[i] += if side > 0 { share - ONE } else { share };
+                lightness[i] = lightness[i].clamp(-ONE / 8, ONE + ONE / 8);
+                by_blur[i] += (density * (lead - z)) >> 12;
+                own[i] = z.abs() > beyond[i].abs();
+            }
         }
-        *lightness = (*lightness).clamp(-ONE / 8, ONE + ONE / 8);
-        nearest
     }
 
     /// Where the axis passes the edge, in the frame where that is the unit circle.
@@ -281,12 +304,11 @@ impl<'s> View<'s> {
     #[inline]
     fn tail(&self, side: i32, bright: bool, log: u32) -> i32 {
         let scene = self.scene;
-        let z = match &self.exact {
-            Some(exact) if scene.tight => {
-                let (depth, bend) = exact.depth(self.track.outline, side * FAR);
-                scene.deviations(depth) + scene.lead(bend)
-            }
-            _ => self.beyond(side * FAR) + scene.lead(self.bend),
+        let z = if self.track.bent {
+            let Some((z, lead)) = self.deviations(&self.track.own, side * FAR) else { return 0 };
+            z + lead
+        } else {
+            self.beyond(side * FAR) + scene.lead(self.bend)
         };
         let z = if bright { -z } else { z };
         if z <= -OVER {
@@ -302,22 +324,31 @@ impl<'s> View<'s> {
         let first = 2 * self.middle.0 + side * 14;
         let last = first + side * (4 << log) - 4 * side;
         let inwards = bright != self.track.dark_inside;
-        match &self.exact {
-            Some(exact) if self.scene.tight => self.is_far_away(exact, side, inwards, log),
-            _ => self.track.is_clear(self.axis, inwards, (first, last), 2 * self.middle.1),
-        }
+        self.track
+            .is_clear(self.axis, inwards, (first, last), 2 * self.middle.1)
+            .unwrap_or_else(|| self.is_far_away(side, inwards, log))
     }
 
-    /// The same by the distances from the edges, which bend too much for borders that are ellipses.
-    fn is_far_away(&self, exact: &exact::Place, side: i32, inwards: bool, log: u32) -> bool {
+    /// The same by the distance from the edge.
+    fn is_far_away(&self, side: i32, inwards: bool, log: u32) -> bool {
         let (first, last) = (side * FAR, side * (FAR + (PX << log) - PX));
-        let (outline, at) = match self.scene.outline(self.track.far[usize::from(inwards)]) {
-            Some(next) if inwards => (next, exact.nearest(next).max(first.min(last)).min(first.max(last))),
-            Some(next) => (next, last),
-            None if inwards => (self.track.outline, last),
-            None => return !self.scene.ringed,
+        let [outside, inside] = &self.track.beside;
+        let (seen, at) = match if inwards { inside } else { outside } {
+            Some(next) if inwards => (next, self.nearest(next).max(first.min(last)).min(first.max(last))),
+            next => (next.as_ref().unwrap_or(&self.track.own), last),
         };
-        self.scene.is_clear(exact.depth(outline, at).0)
+        self.deviations(seen, at).is_none_or(|(z, _)| is_clear(z))
+    }
+
+    /// Where the axis comes nearest to the centre of an outline, in the measure of its ellipse.
+    fn nearest(&self, seen: &Seen<'_>) -> i32 {
+        match &self.exact {
+            Some(exact) => exact.nearest(seen.outline),
+            None => {
+                let line = seen.line(self.axis);
+                line.nearest(line.about_centre(self.middle)).unwrap_or(0)
+            }
+        }
     }
 }
 
