@@ -214,7 +214,7 @@ impl<'s> Strips<'s> {
             inside.start += 1;
             age(strip);
             let extremes = kernel::extremes(a, b);
-            restless.get_or_insert_with(|| Noise::NONE).add(extremes);
+            restless.get_or_insert(Noise::NONE).add(extremes);
             if is_whole {
                 noise.add_flat(extremes);
             }
