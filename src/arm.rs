@@ -1,11 +1,140 @@
-//! What the floating-point unit of Arm can do and stable Rust does not offer without `std`.
+//! What Arm can do and stable Rust does not offer.
 
 use core::arch::naked_asm;
+
+use crate::scan::kernel::MOST;
+use crate::scan::strips::{FLAGS, RESTLESS, WINDOW};
 
 /// Square root, correctly rounded.
 // The assembler is told of the unit, because it does not take it from the target.
 // SAFETY: the targets of which this is a part pass `x` and return the root in the register s0, and have the instruction.
+#[cfg(target_abi = "eabihf")]
 #[unsafe(naked)]
 pub(crate) extern "C" fn sqrt(x: f32) -> f32 {
     naked_asm!(".fpu fpv4-sp-d16", "vsqrt.f32 s0, s0", "bx lr")
+}
+
+/// Copies lines of 32 bytes, as many as both have: several words by an instruction, which no loop is compiled to.
+pub(crate) fn copy(to: &mut [[u32; 8]], from: &[[u32; 8]]) {
+    let count = to.len().min(from.len());
+    if count > 0 {
+        // SAFETY: both have `count` lines, and as one can be written to they do not overlap.
+        unsafe { copy_lines(to.as_mut_ptr(), from.as_ptr(), count) }
+    }
+}
+
+/// Copies `count` lines, at least one.
+// SAFETY: the arguments come in r0 to r2; the other registers are the caller's and are given back; every Arm has the instructions.
+#[unsafe(naked)]
+unsafe extern "C" fn copy_lines(to: *mut [u32; 8], from: *const [u32; 8], count: usize) {
+    naked_asm!(
+        "push {{r4, r5, r6, lr}}",
+        "lsrs r2, r2, #1",
+        "bcc 1f",
+        // An odd one.
+        "ldmia r1!, {{r3, r4, r5, r6}}",
+        "stmia r0!, {{r3, r4, r5, r6}}",
+        "ldmia r1!, {{r3, r4, r5, r6}}",
+        "stmia r0!, {{r3, r4, r5, r6}}",
+        "cmp r2, #0",
+        "beq 2f",
+        "1:",
+        "ldmia r1!, {{r3, r4, r5, r6}}",
+        "stmia r0!, {{r3, r4, r5, r6}}",
+        "ldmia r1!, {{r3, r4, r5, r6}}",
+        "stmia r0!, {{r3, r4, r5, r6}}",
+        "ldmia r1!, {{r3, r4, r5, r6}}",
+        "stmia r0!, {{r3, r4, r5, r6}}",
+        "ldmia r1!, {{r3, r4, r5, r6}}",
+        "stmia r0!, {{r3, r4, r5, r6}}",
+        "subs r2, r2, #1",
+        "bne 1b",
+        "2:",
+        "pop {{r4, r5, r6, pc}}",
+    )
+}
+
+/// The number of strips, from the first on, that are not restless and of which the words `first`, `first + 2` and so on of
+/// `lines` stay in their windows: what [`within`](crate::scan::kernel::within) finds, in the eight registers that the
+/// smallest processors have.
+pub(crate) fn calm(strips: &[[u32; 16]], lines: &[[u32; 8]], first: usize, width: u32) -> usize {
+    let count = strips.len().min(lines.len());
+    let Some(words) = lines.as_flattened().get(first % 2..).filter(|_| count > 0) else { return 0 };
+    // SAFETY: there are `count` strips and lines, and of a line the last word that is read is the sixth after the first.
+    unsafe { calm_strips(strips.as_ptr(), words.as_ptr(), count, width) }
+}
+
+/// The same for `count` strips, at least one, whose words begin at `words`.
+// SAFETY: the arguments come in r0 to r3 and the result goes in r0; the other registers are the caller's and are given back;
+// every Arm has the instructions.
+#[unsafe(naked)]
+unsafe extern "C" fn calm_strips(
+    strips: *const [u32; 16],
+    words: *const u32,
+    count: usize,
+    width: u32,
+) -> usize {
+    // r2: strips left, r3: a mask, r4: the window's lower end, r5: all, r6: any, r8: less its width, r12: all strips.
+    naked_asm!(
+        "push {{r4, r5, r6, r7, lr}}",
+        "mov r4, r8",
+        "push {{r4}}",
+        "mov r12, r2",
+        "rsbs r3, r3, #0",
+        "mov r8, r3",
+        "ldr r3, 3f",
+        "1:",
+        "ldr r4, [r0, {window}]",
+        "ldr r5, [r1]",
+        "lsrs r5, r5, #1",
+        "ands r5, r3",
+        "adds r5, r5, r4",
+        "mov r6, r5",
+        "add r6, r8",
+        "ldr r7, [r1, #8]",
+        "lsrs r7, r7, #1",
+        "ands r7, r3",
+        "adds r7, r7, r4",
+        "ands r5, r7",
+        "add r7, r8",
+        "orrs r6, r7",
+        "ldr r7, [r1, #16]",
+        "lsrs r7, r7, #1",
+        "ands r7, r3",
+        "adds r7, r7, r4",
+        "ands r5, r7",
+        "add r7, r8",
+        "orrs r6, r7",
+        "ldr r7, [r1, #24]",
+        "lsrs r7, r7, #1",
+        "ands r7, r3",
+        "adds r7, r7, r4",
+        "ands r5, r7",
+        "add r7, r8",
+        "orrs r6, r7",
+        // The top bits of all, of none of any.
+        "bics r5, r6",
+        "mvns r5, r5",
+        "bics r5, r3",
+        "bne 2f",
+        "ldr r7, [r0, {flags}]",
+        "lsls r7, r7, {calm}",
+        "bne 2f",
+        "adds r0, #64",
+        "adds r1, #32",
+        "subs r2, r2, #1",
+        "bne 1b",
+        "2:",
+        "mov r0, r12",
+        "subs r0, r0, r2",
+        "pop {{r4}}",
+        "mov r8, r4",
+        "pop {{r4, r5, r6, r7, pc}}",
+        ".p2align 2",
+        "3: .word {most}",
+        window = const 4 * WINDOW,
+        flags = const 4 * FLAGS,
+        calm = const RESTLESS.leading_zeros(),
+        most = const MOST,
+    )
 }

@@ -65,7 +65,7 @@
 mod abilities;
 mod appearance;
 mod arcs;
-#[cfg(all(target_arch = "arm", target_abi = "eabihf", target_os = "none"))]
+#[cfg(all(target_arch = "arm", target_os = "none"))]
 #[allow(unsafe_code)]
 mod arm;
 mod camera;

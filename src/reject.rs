@@ -88,7 +88,8 @@ impl FromIterator<(Reject, u32)> for Rejects {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Dropped {
-    /// Runs that did not fit in a row's list: what lies right of them in that row was not seen.
+    /// Runs that were too many for a row's list or for [`px_per_run`](crate::Settings::px_per_run): what lies right of them in
+    /// that row was not seen; and runs of 32 x 4 px that were too fine.
     pub runs: u32,
     /// Outlines that did not fit in the table.
     pub outlines: u32,

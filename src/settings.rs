@@ -133,9 +133,12 @@ pub struct Settings {
     pub camera: Option<Camera>,
     /// The code that targets may carry, if any.
     pub code: Option<Code>,
-    /// Pixels of the frame for each dark run of a row that may be followed, on average; 0: any number. Clutter and noise beyond
-    /// that are dropped, the finest first, and counted in [`Dropped::runs`](crate::Dropped::runs); a frame that they use up is
-    /// searched for no arcs either. That bounds the work. [`DEFAULT_PX_PER_RUN`](Self::DEFAULT_PX_PER_RUN) at first.
+    /// Pixels of the frame for each dark run of a row that may be followed, on average; 0: any number. That bounds the work:
+    /// whatever a frame shows, at most its pixels and those of 64 rows more, divided by this, are the runs that are followed.
+    /// Others are dropped and counted in [`Dropped::runs`](crate::Dropped::runs): first what is too fine to be a target, 32 x 4
+    /// px with more than 40 changes between dark and light (16 where hardly any pixels are left), which costs no more than
+    /// the threshold; then the right ends of rows. A frame that uses its pixels up is searched for no arcs either.
+    /// [`DEFAULT_PX_PER_RUN`](Self::DEFAULT_PX_PER_RUN) at first.
     pub px_per_run: u16,
 }
 

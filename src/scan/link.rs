@@ -222,7 +222,7 @@ impl<'a, 's> Linker<'a, 's> {
     /// Keeps the crossings between the row above and this one in the columns `from..to`, as long as the outline keeps any.
     fn keep_column_crossings(&mut self, label: u16, from: u16, to: u16) {
         for x in self.window.columns(from, to) {
-            if !self.outlines.get(label).is_some_and(|outline| !outline.lossy) {
+            if self.outlines.get(label).is_none_or(|outline| outline.lossy) {
                 return;
             }
             if let Some(crossing) = self.window.column_crossing(x) {

@@ -10,13 +10,13 @@
 //! labels dark and light regions at once, gives the moments of the *filled* shape, and says what lies in what.
 
 mod crossings;
-mod kernel;
+pub(crate) mod kernel;
 mod link;
 mod noise;
 mod outlines;
 mod rows;
 mod runs;
-mod strips;
+pub(crate) mod strips;
 #[cfg(test)]
 mod tests;
 mod window;

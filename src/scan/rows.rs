@@ -97,8 +97,12 @@ impl<'s> Rows<'s> {
     }
 }
 
+#[cfg(all(target_arch = "arm", target_os = "none"))]
+use crate::arm::copy;
+
 /// Copies lines by twos, each of which the compiler copies in place; a loop over single ones it would replace by a routine
 /// that is slow on small processors.
+#[cfg(not(all(target_arch = "arm", target_os = "none")))]
 fn copy(to: &mut [Line], from: &[Line]) {
     let ((to, last), (from, odd)) = (to.as_chunks_mut(), from.as_chunks());
     for ([a, b], [c, d]) in to.iter_mut().zip(from) {

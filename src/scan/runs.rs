@@ -103,7 +103,7 @@ pub(crate) struct Budget {
 const SAVED_ROWS: u32 = 64;
 /// Most transitions of a strip's block while more than a half, a quarter, an eighth of the budget is left, and below. More are
 /// noise or print too fine for the pixels; a small target has four in a row.
-const MOST_OF_STRIP: [u32; 4] = [48, 32, 24, 16];
+const MOST_OF_STRIP: [u32; 4] = [40, 32, 24, 16];
 
 impl Budget {
     pub const NONE: Self = Self { px_per_run: 0, left: 0, most: 0 };

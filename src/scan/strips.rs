@@ -17,12 +17,14 @@ use super::runs::Budget;
 use crate::region::Regions;
 use crate::settings::Polarity;
 
+mod calm;
 mod given;
 mod inside;
 #[cfg(test)]
 mod tests;
 mod threshold;
 
+use calm::calm;
 use threshold::{Columns, column, thresholds};
 
 /// Width of a strip, px.
@@ -50,9 +52,9 @@ const THRESHOLDS: usize = HIGH + 3;
 /// Dark pixels of its rows, one bit each.
 const DARK: usize = THRESHOLDS + 1;
 /// Lower end of the window, as [`kernel::within`] takes it.
-const WINDOW: usize = DARK + BLOCK_ROWS;
+pub(crate) const WINDOW: usize = DARK + BLOCK_ROWS;
 /// Flags.
-const FLAGS: usize = WINDOW + 1;
+pub(crate) const FLAGS: usize = WINDOW + 1;
 /// The next strip that is of interest in the block in work.
 const NEXT: usize = FLAGS + 1;
 
@@ -60,7 +62,7 @@ const NEXT: usize = FLAGS + 1;
 const UNTIL: usize = NEXT + 1;
 
 /// Flags: restless in the newest block and in the two before.
-const RESTLESS: u32 = 0b111;
+pub(crate) const RESTLESS: u32 = 0b111;
 /// Flag: calm, but at another level than the strip on the right or on the left.
 const STEP_RIGHT: u32 = 1 << 3;
 const STEP_LEFT: u32 = 1 << 4;
@@ -184,7 +186,8 @@ impl<'s> Strips<'s> {
                 self.noise.add(kernel::extremes(a, b));
             }
         }
-        let mut restless = Noise::NONE;
+        // Most blocks have none, and it is large.
+        let mut restless = None;
         let mut inside = if is_whole { 0..self.count } else { 0..0 };
         loop {
             if inside.is_empty() && !is_whole {
@@ -211,23 +214,24 @@ impl<'s> Strips<'s> {
             inside.start += 1;
             age(strip);
             let extremes = kernel::extremes(a, b);
-            restless.add(extremes);
+            restless.get_or_insert(Noise::NONE).add(extremes);
             if is_whole {
                 noise.add_flat(extremes);
             }
             take(strip, extremes, contrast);
         }
         // Where nearly all are restless it is for the noise.
-        let crowded = is_whole && 2 * usize::from(restless.count) >= 7 * self.count;
-        if crowded && self.blocks > 0 {
+        let crowded =
+            restless.filter(|restless| is_whole && 2 * usize::from(restless.count) >= 7 * self.count);
+        if let Some(restless) = crowded.filter(|_| self.blocks > 0) {
             self.noise.replace(&restless);
         }
-        if crowded || is_whole && self.noise.count >= CELLS_WANTED {
+        if crowded.is_some() || is_whole && self.noise.count >= CELLS_WANTED {
             self.noise.settle();
         }
         self.blocks += 1;
         self.calm_blocks += 1;
-        if restless.count > 0 {
+        if restless.is_some() {
             self.calm_blocks = 0;
             self.find_steps(contrast);
         }
@@ -354,22 +358,6 @@ impl<'s> Strips<'s> {
 
 fn strips_mut(data: &mut [u32], count: usize) -> &mut [Strip] {
     data.as_chunks_mut().0.get_mut(..count).unwrap_or_default()
-}
-
-/// The number of strips, from the first of `strips` on, whose samples in `lines` stay in their windows.
-#[inline(never)]
-fn calm<const FIRST: usize>(strips: &mut [Strip], lines: &[Line], width: u32) -> usize {
-    let mut count = 0;
-    for (strip, line) in strips.iter_mut().zip(lines) {
-        if !kernel::within::<FIRST>(line, strip[WINDOW], width) {
-            break;
-        }
-        if strip[FLAGS] & RESTLESS != 0 {
-            age(strip);
-        }
-        count += 1;
-    }
-    count
 }
 
 /// The block in work becomes the one above it, and the newest is taken to be as the one before.
