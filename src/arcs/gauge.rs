@@ -126,7 +126,7 @@ impl Gauge {
         if excess > FAR * (x + y) {
             return None;
         }
-        excess.checked_div((x * x + y * y).isqrt()).filter(|&distance| distance <= FAR)
+        excess.checked_div(root(look.square_gradient())).filter(|&distance| distance <= FAR)
     }
 
     /// Distance of a point beside which the light is on the side that `dark_inside` tells.
@@ -138,10 +138,9 @@ impl Gauge {
     /// changes for each px.
     pub fn radius(&self, look: &Look) -> Option<(i32, i32)> {
         let Look { u, v, .. } = *look;
-        let (x, y) = look.coarse_gradient();
-        let radius = ((u * u + v * v) as u32).isqrt();
+        let radius = root((u * u + v * v) as u32);
         // The gradient over the radius.
-        let change = ((x * x + y * y).isqrt() << 14).checked_div(radius)?;
+        let change = (root(look.square_gradient()) << 14).checked_div(radius)?;
         let shift = u32::try_from(self.exponent - 2 - self.bits as i32).ok()?;
         Some((radius as i32, change.checked_shr(shift)? as i32))
     }
@@ -151,6 +150,12 @@ impl Gauge {
 }
 
 impl Look {
+    /// Square of the length of the gradient, in a unit of its own.
+    pub fn square_gradient(&self) -> u32 {
+        let (x, y) = self.coarse_gradient();
+        x * x + y * y
+    }
+
     fn coarse_gradient(&self) -> (u32, u32) {
         (self.gradient.0.unsigned_abs() >> COARSE, self.gradient.1.unsigned_abs() >> COARSE)
     }
@@ -165,6 +170,25 @@ impl Look {
         let octant = u32::from(self.u < 0) << 2 | u32::from(self.v < 0) << 1 | u32::from(u < v);
         1 << (octant << 2 | quarters)
     }
+}
+
+/// Square root of a number of up to 31 bits, rounded down. That of `core` divides, which small processors cannot.
+fn root(square: u32) -> u32 {
+    let (mut rest, mut root) = (square, 0);
+    let mut bit = 1 << 30;
+    while bit > rest {
+        bit >>= 2;
+    }
+    while bit != 0 {
+        let trial = root + bit;
+        root >>= 1;
+        if rest >= trial {
+            rest -= trial;
+            root += bit;
+        }
+        bit >>= 2;
+    }
+    root
 }
 
 /// The power of two at or below a positive number.

@@ -13,6 +13,7 @@ mod gauge;
 mod pieces;
 mod points;
 mod search;
+mod step;
 
 pub(crate) use gap::shows_paper;
 pub(crate) use points::Points;

@@ -1,10 +1,11 @@
 //! The ellipse with the most points on it.
 
-use super::gauge::{Gauge, PX};
+use super::gauge::{Gauge, Look, PX};
 use super::pieces::{PIECES, Pieces, Unit};
 use super::points::{MAX_POINTS, Point, Points};
+use super::step::Normals;
 use super::{Arc, Seen};
-use crate::fit::{Adjustment, Rough, Shape};
+use crate::fit::{Rough, Shape};
 use crate::scan::{CrossingList, Pool};
 use heapless::Vec;
 
@@ -135,8 +136,8 @@ pub(crate) fn around(anchor: &Arc, list: CrossingList, pool: &Pool<'_>, origin: 
         let Some((radius, dark_inside)) = take_mode(&mut radii) else { break };
         let radius = radius as f32 / Gauge::UNIT as f32;
         let trial = Arc { shape: anchor.shape.grown(radius), dark_inside };
-        let Some(similar) = adjust(&trial, &points.points, &SIMILAR, Adjustment::similar) else { continue };
-        let free = adjust(&similar, &points.points, &ADJUST, step);
+        let Some(similar) = adjust(&trial, &points.points, &SIMILAR, Normals::similar) else { continue };
+        let free = adjust(&similar, &points.points, &ADJUST, Normals::step);
         for (arc, gain) in [(Some(similar), 1.0), (free, FREE_GAIN)] {
             let Some(arc) = arc else { continue };
             let score = score(&arc, &points.points, TRIAL) / gain;
@@ -189,23 +190,29 @@ pub(crate) fn common(points: &Points, dark_inside: bool, share: f32) -> Option<A
     (near(&arc, &points.points, TRIAL).count() as f32 >= share * points.points.len() as f32).then_some(arc)
 }
 
-/// The points up to `distance` px from the arc's ellipse, with their distances.
-fn near<'p>(
-    arc: &Arc,
-    points: &'p [Point],
-    distance: f32,
-) -> impl Iterator<Item = (&'p Point, u32)> + use<'p> {
+/// A point near an arc.
+struct Near<'p> {
+    point: &'p Point,
+    look: Look,
+    /// 1/256 px.
+    distance: u32,
+}
+
+/// The points up to `distance` px from the arc's ellipse.
+fn near<'p>(arc: &Arc, points: &'p [Point], distance: f32) -> impl Iterator<Item = Near<'p>> + use<'p> {
     let (gauge, limit, dark_inside) = (Gauge::new(&arc.shape), fixed(distance), arc.dark_inside);
     points.iter().filter_map(move |point| {
-        let distance = gauge.as_ref()?.distance_of(point, dark_inside)?;
-        (distance < limit).then_some((point, distance))
+        let gauge = gauge.as_ref()?;
+        let look = gauge.look(point).filter(|look| look.dark_inside == dark_inside)?;
+        let distance = gauge.distance(&look).filter(|distance| *distance < limit)?;
+        Some(Near { point, look, distance })
     })
 }
 
 /// Number of points up to `distance` px from the arc's ellipse, each the less the farther it is.
 fn score(arc: &Arc, points: &[Point], distance: f32) -> f32 {
     let limit = fixed(distance);
-    let sum = near(arc, points, distance).fold(0, |sum, (_, distance)| sum + nearness(distance, limit));
+    let sum = near(arc, points, distance).fold(0, |sum, near| sum + nearness(near.distance, limit));
     sum as f32 / (limit * limit) as f32
 }
 
@@ -215,8 +222,8 @@ fn approach(arc: &Arc, share: f32, points: &[Point], unit: &Unit) -> Option<Arc>
     let mut arc = *arc;
     for distance in REFINE.map(|distance| share * distance) {
         let (mut sum, mut count) = (Rough::default(), 0);
-        for (point, _) in near(&arc, points, distance) {
-            unit.add(&mut sum, point);
+        for near in near(&arc, points, distance) {
+            unit.add(&mut sum, near.point);
             count += 1;
         }
         if count < MIN_POINTS {
@@ -230,7 +237,7 @@ fn approach(arc: &Arc, share: f32, points: &[Point], unit: &Unit) -> Option<Arc>
 
 /// Fits it geometrically.
 fn finish(arc: &Arc, share: f32, points: &[Point]) -> Option<Arc> {
-    adjust(arc, points, &ADJUST.map(|distance| share * distance), step)
+    adjust(arc, points, &ADJUST.map(|distance| share * distance), Normals::step)
 }
 
 /// Adjusts the ellipse geometrically, with the points within each of `distances` in turn.
@@ -238,24 +245,16 @@ fn adjust(
     arc: &Arc,
     points: &[Point],
     distances: &[f32],
-    step: impl Fn(&Adjustment) -> Option<Shape>,
+    step: impl Fn(&Normals, &Shape) -> Option<Shape>,
 ) -> Option<Arc> {
     let mut arc = *arc;
     for &distance in distances {
-        let mut adjustment = Adjustment::new(arc.shape)?;
-        let mut count = 0;
-        for (point, _) in near(&arc, points, distance) {
-            let (x, y) = point.place();
-            let view = adjustment.view(x, y);
-            adjustment.add(&view);
-            count += 1;
+        let mut normals = Normals::default();
+        near(&arc, points, distance).for_each(|near| normals.add(&near.look));
+        if normals.points < MIN_POINTS {
+            return None;
         }
-        arc.shape = step(&adjustment).filter(|_| count >= MIN_POINTS)?;
+        arc.shape = step(&normals, &arc.shape)?;
     }
     Some(arc)
-}
-
-/// The step in which the whole ellipse is free.
-fn step(adjustment: &Adjustment) -> Option<Shape> {
-    adjustment.finish().map(|adjusted| adjusted.shape)
 }
