@@ -89,7 +89,7 @@ impl<'s> Detector<'s> {
             _ => (),
         }
         log!(debug, "frame of {} x {} px", width, height);
-        self.scanner.begin(width, height, self.settings.px_per_run);
+        self.scanner.begin(width, height, &self.settings);
         let summary = Summary { width, height, ..Summary::default() };
         Ok(Scan { detector: self, regions: Regions::all(), waiting: Waiting::EMPTY, summary, observer })
     }

@@ -14,6 +14,7 @@ use super::kernel::{self, Line, MOST, ONES, TOP, WORDS};
 use super::noise::Noise;
 use super::rows::{BLOCK_ROWS, Rows};
 use crate::region::Regions;
+use crate::settings::Polarity;
 
 mod given;
 mod inside;
@@ -68,13 +69,17 @@ const ACTIVE: u32 = RESTLESS | STEP_RIGHT | STEP_LEFT;
 pub(super) type Extremes = [u32; 2];
 /// Those of nothing.
 const NOTHING: Extremes = [MOST, 0];
-/// A strip of which nothing is known; a frame and a region start light.
-const UNKNOWN: Strip = {
+/// A strip of which nothing is known, on paper for targets of this polarity: until an edge tells better, what is flat is
+/// taken for the paper.
+fn unknown(targets: Polarity) -> Strip {
     let ([low, high], mut strip) = (NOTHING, [0; SIZE]);
     (strip[LOW], strip[LOW + 1], strip[LOW + 2]) = (low, low, low);
     (strip[HIGH], strip[HIGH + 1], strip[HIGH + 2]) = (high, high, high);
+    if targets == Polarity::Light {
+        (strip[THRESHOLDS], strip[FLAGS]) = (MOST, SIDE);
+    }
     strip
-};
+}
 /// No strip.
 const END: u32 = u32::MAX;
 /// No [`SIDE`]: an active strip ends differently in each row.
@@ -91,6 +96,7 @@ pub(crate) struct Strips<'s> {
     /// The first strip that is of interest in the block in work.
     first: u32,
     noise: Noise,
+    targets: Polarity,
     /// Whether the dark pixels come from elsewhere, and the word of a strip that has those of the first row of the block.
     given: bool,
     dark: usize,
@@ -99,13 +105,25 @@ pub(crate) struct Strips<'s> {
 impl<'s> Strips<'s> {
     pub fn new(data: &'s mut [u32]) -> Self {
         let noise = Noise::NONE;
-        Self { data, count: 0, blocks: 0, calm_blocks: 0, first: END, noise, given: false, dark: DARK }
+        let targets = Polarity::Dark;
+        Self {
+            data,
+            count: 0,
+            blocks: 0,
+            calm_blocks: 0,
+            first: END,
+            noise,
+            targets,
+            given: false,
+            dark: DARK,
+        }
     }
 
-    pub fn begin(&mut self, width: u16) {
+    pub fn begin(&mut self, width: u16, targets: Polarity) {
         self.count = usize::from(width).div_ceil(STRIP);
         (self.blocks, self.first, self.given, self.dark) = (0, END, false, DARK);
-        self.all_mut().fill(UNKNOWN);
+        self.targets = targets;
+        self.all_mut().fill(unknown(targets));
     }
 
     fn all_mut(&mut self) -> &mut [Strip] {

@@ -6,7 +6,7 @@ use super::super::super::rows::{KEPT_BLOCKS, Rows};
 use super::super::super::runs::{Budget, Transition, TransitionList};
 use super::*;
 use crate::region::Regions;
-use crate::{Detector, Region, RowError, Settings, Storage, Summary, Target, TargetSpec};
+use crate::{Detector, Polarity, Region, RowError, Settings, Storage, Summary, Target, TargetSpec};
 use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
@@ -71,7 +71,7 @@ fn own_runs(picture: &Picture) -> Vec<Given> {
     let (mut rows, mut strips) = (Rows::new(&mut kept), Strips::new(&mut data));
     let mut list = TransitionList::new(&mut found);
     rows.begin(width as u16, height as u16);
-    strips.begin(width as u16);
+    strips.begin(width as u16, Polarity::Dark);
     let (mut runs, mut contrasts, mut budget) = (vec![], vec![], Budget::NONE);
     let mut block = |rows: &Rows<'_>| {
         strips.measure(rows, &mut Regions::all());
