@@ -4,16 +4,23 @@
 use super::points::Point;
 use crate::fit::{Frame, Shape};
 
-/// Points have 1/256 px, and so have distances.
+/// Points have 1/256 px.
 pub(super) const PX: i32 = 256;
+/// Squared distances have 1/1024 px^2.
+const SQUARE: f32 = 1024.0;
 /// Largest coordinate and coefficient: the sum of two products of them keeps within 32 bits.
 const MOST: i32 = (1 << 15) - 1;
 /// Largest coordinate in the frame where the ellipse is the unit circle: the same holds for these and coefficients.
 const REACH: i32 = 3 << 13;
-/// Bits of the gradient that its length does without.
-const COARSE: u32 = 16;
-/// Farthest distance that is told.
-const FAR: u32 = 4 * PX as u32;
+/// Bits of the gradient that its length does without, ...
+const COARSE: u32 = 19;
+/// ... and bits of a number whose square has no more than 32.
+const HALF: u32 = 16;
+
+/// The square of a distance, px, in the unit of the gauge.
+pub(super) const fn square(distance: f32) -> u32 {
+    (distance * distance * SQUARE) as u32
+}
 
 /// An ellipse, as q = L (p - c) on the unit circle.
 #[derive(Clone, Copy, Debug)]
@@ -108,30 +115,22 @@ impl Gauge {
         Some(Look { u, v, gradient, dark_inside })
     }
 
-    /// Distance from the ellipse to first order, 1/256 px. `None` beyond 4 px.
-    pub fn distance(&self, look: &Look) -> Option<u32> {
+    /// Squared distance from the ellipse to first order, 1/1024 px^2. `None` far away: beyond 2.5 px.
+    pub fn square_distance(&self, look: &Look) -> Option<u32> {
         let Look { u, v, .. } = *look;
-        let (x, y) = look.coarse_gradient();
-        let excess = u * u + v * v - (1 << (2 * self.bits));
-        let shift = self.exponent - self.bits as i32 - 9;
-        let excess = excess.unsigned_abs();
-        let excess = if shift < 0 {
-            excess >> -shift
-        } else if excess.leading_zeros() as i32 > shift {
-            excess << shift
-        } else {
-            return None;
-        };
-        // Sooner than by a root and a quotient.
-        if excess > FAR * (x + y) {
+        let excess = (u * u + v * v - (1 << (2 * self.bits))).unsigned_abs();
+        // 32 px times the gradient.
+        let shift = u32::try_from((COARSE + self.bits) as i32 - 4 - self.exponent).ok()?;
+        let excess = excess.checked_shr(shift)?;
+        if excess >> HALF != 0 {
             return None;
         }
-        excess.checked_div(root(look.square_gradient())).filter(|&distance| distance <= FAR)
+        (excess * excess).checked_div(look.square_gradient())
     }
 
-    /// Distance of a point beside which the light is on the side that `dark_inside` tells.
-    pub fn distance_of(&self, point: &Point, dark_inside: bool) -> Option<u32> {
-        self.distance(&self.look(point).filter(|look| look.dark_inside == dark_inside)?)
+    /// That of a point beside which the light is on the side that `dark_inside` tells.
+    pub fn square_distance_of(&self, point: &Point, dark_inside: bool) -> Option<u32> {
+        self.square_distance(&self.look(point).filter(|look| look.dark_inside == dark_inside)?)
     }
 
     /// Radius of the similar ellipse through a point, with [`UNIT`](Self::UNIT) for the ellipse itself, and by how much it
@@ -140,7 +139,7 @@ impl Gauge {
         let Look { u, v, .. } = *look;
         let radius = root((u * u + v * v) as u32);
         // The gradient over the radius.
-        let change = (root(look.square_gradient()) << 14).checked_div(radius)?;
+        let change = (root(look.square_gradient()) << 17).checked_div(radius)?;
         let shift = u32::try_from(self.exponent - 2 - self.bits as i32).ok()?;
         Some((radius as i32, change.checked_shr(shift)? as i32))
     }
@@ -152,14 +151,10 @@ impl Gauge {
 impl Look {
     /// Square of the length of the gradient, in a unit of its own.
     pub fn square_gradient(&self) -> u32 {
-        let (x, y) = self.coarse_gradient();
+        let coarse = |side: i32| (side.unsigned_abs() + (1 << (COARSE - 1))) >> COARSE;
+        let (x, y) = (coarse(self.gradient.0), coarse(self.gradient.1));
         x * x + y * y
     }
-
-    fn coarse_gradient(&self) -> (u32, u32) {
-        (self.gradient.0.unsigned_abs() >> COARSE, self.gradient.1.unsigned_abs() >> COARSE)
-    }
-
     /// The bit of the one of 32 sectors in which it lies.
     pub fn sector(&self) -> u32 {
         // Tangents of a quarter, a half and three quarters of 45 degrees.

@@ -1,6 +1,6 @@
 //! The ellipse with the most points on it.
 
-use super::gauge::{Gauge, Look, PX};
+use super::gauge::{Gauge, Look, PX, square};
 use super::pieces::{PIECES, Pieces, Unit};
 use super::points::{MAX_POINTS, Point, Points};
 use super::step::Normals;
@@ -29,16 +29,16 @@ const SIMILAR: [f32; 2] = [2.5, 1.2];
 const FREE_GAIN: f32 = 1.15;
 /// Most radii that are tried for it.
 const MODES: usize = 2;
-/// Distance within which points are of one concentric circle, px: perspective moves its centre.
-const CONCENTRIC: f32 = 2.5;
+/// Distance within which points are of one concentric circle, 1/256 px: perspective moves its centre.
+const CONCENTRIC: i32 = 5 * PX / 2;
 /// Largest semi-axis of a trial in units of the points' extent.
 const MAX_SIZE: f32 = 3.0;
 /// Fewest points on an ellipse.
 const MIN_POINTS: usize = 10;
 /// Largest radius of a circle around a known one, in units of that.
 const MAX_RADIUS: i32 = 11;
-/// Least distance of two circles of the same polarity, px.
-const APART: f32 = 3.0;
+/// Least distance of two circles of the same polarity, 1/256 px.
+const APART: i32 = 3 * PX;
 
 /// The ellipse of a long arc: that of consecutive points with the most points of the whole outline on it.
 pub(crate) fn free(mut points: Points) -> Option<Arc> {
@@ -63,11 +63,6 @@ pub(crate) fn free(mut points: Points) -> Option<Arc> {
 /// Share of the distances for the ellipse of an arc.
 fn scale(arc: &Arc) -> f32 {
     (arc.shape.semi_axes().1 / SMALL).clamp(LEAST_SHARE, 1.0)
-}
-
-/// A distance in the unit of the points.
-fn fixed(distance: f32) -> u32 {
-    (distance * PX as f32) as u32
 }
 
 /// The ellipses of consecutive pieces that have most points on them, with their scores.
@@ -104,16 +99,11 @@ fn trials(pieces: &Pieces, points: &[Point], unit: &Unit) -> [Option<(u32, Arc)>
 fn look(gauge: &Gauge, points: &[Point]) -> [u32; 2] {
     let mut scores = [0; 2];
     for look in points.iter().step_by(2).filter_map(|point| gauge.look(point)) {
-        let Some(distance) = gauge.distance(&look) else { continue };
+        let Some(distance) = gauge.square_distance(&look) else { continue };
         let [dark, light] = &mut scores;
-        *(if look.dark_inside { dark } else { light }) += nearness(distance, fixed(TRIAL));
+        *(if look.dark_inside { dark } else { light }) += square(TRIAL).saturating_sub(distance);
     }
     scores
-}
-
-/// What is left of the square of a distance at another one, 2^-16 px^2.
-fn nearness(distance: u32, limit: u32) -> u32 {
-    (limit * limit).saturating_sub(distance * distance)
 }
 
 /// The ellipse of a circle that is concentric with the one of `anchor` and not the same, in some of the crossings of `list`,
@@ -124,7 +114,7 @@ pub(crate) fn around(anchor: &Arc, list: CrossingList, pool: &Pool<'_>, origin: 
     let mut radii = Vec::<Radius, MAX_POINTS>::new();
     for look in points.points.iter().filter_map(|point| gauge.look(point)) {
         let Some((radius, change)) = gauge.radius(&look) else { continue };
-        let over = |width: f32| change * fixed(width) as i32 / PX;
+        let over = |width: i32| change * width / PX;
         let same = look.dark_inside == anchor.dark_inside && (radius - Gauge::UNIT).abs() < over(APART);
         if !same {
             let room = over(CONCENTRIC);
@@ -194,26 +184,25 @@ pub(crate) fn common(points: &Points, dark_inside: bool, share: f32) -> Option<A
 struct Near<'p> {
     point: &'p Point,
     look: Look,
-    /// 1/256 px.
-    distance: u32,
+    square: u32,
 }
 
 /// The points up to `distance` px from the arc's ellipse.
 fn near<'p>(arc: &Arc, points: &'p [Point], distance: f32) -> impl Iterator<Item = Near<'p>> + use<'p> {
-    let (gauge, limit, dark_inside) = (Gauge::new(&arc.shape), fixed(distance), arc.dark_inside);
+    let (gauge, limit, dark_inside) = (Gauge::new(&arc.shape), square(distance), arc.dark_inside);
     points.iter().filter_map(move |point| {
         let gauge = gauge.as_ref()?;
         let look = gauge.look(point).filter(|look| look.dark_inside == dark_inside)?;
-        let distance = gauge.distance(&look).filter(|distance| *distance < limit)?;
-        Some(Near { point, look, distance })
+        let square = gauge.square_distance(&look).filter(|square| *square < limit)?;
+        Some(Near { point, look, square })
     })
 }
 
 /// Number of points up to `distance` px from the arc's ellipse, each the less the farther it is.
 fn score(arc: &Arc, points: &[Point], distance: f32) -> f32 {
-    let limit = fixed(distance);
-    let sum = near(arc, points, distance).fold(0, |sum, near| sum + nearness(near.distance, limit));
-    sum as f32 / (limit * limit) as f32
+    let limit = square(distance);
+    let sum = near(arc, points, distance).fold(0, |sum, near| sum + limit - near.square);
+    sum as f32 / limit as f32
 }
 
 /// Fits the ellipse to the points that are near it, again and again: algebraically, which gets there from far but shrinks an

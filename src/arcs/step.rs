@@ -16,7 +16,7 @@ const FARTHEST: i32 = 4 << (2 * PLACE);
 /// would be the noise of a matrix that short arcs make nearly singular.
 const MOST: u32 = 127;
 /// Weight times squared gradient: where the gradient is largest, points have weights of 8 to 32.
-const WEIGHT: u32 = 1 << 27;
+const WEIGHT: u32 = 1 << 21;
 
 /// Normal equations of the step, point by point.
 #[derive(Clone, Copy, Debug, Default)]
