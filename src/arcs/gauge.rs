@@ -12,6 +12,8 @@ const SQUARE: f32 = 1024.0;
 const MOST: i32 = (1 << 15) - 1;
 /// Largest coordinate in the frame where the ellipse is the unit circle: the same holds for these and coefficients.
 const REACH: i32 = 3 << 13;
+/// Farthest centre, 1/256 px.
+const FARTHEST: u32 = 1 << 28;
 /// Bits of the gradient that its length does without, ...
 const COARSE: u32 = 19;
 /// ... and bits of a number whose square has no more than 32.
@@ -77,22 +79,17 @@ impl Gauge {
         let coarser = (1 + self::exponent(reach) + 8 - 15).max(0);
         let excess = exponent + 8 - coarser - bits as i32;
         let place = |c: f32| (c * PX as f32) as i32;
+        let centre = (place(shape.cx), place(shape.cy));
+        let is_far = centre.0.unsigned_abs().max(centre.1.unsigned_abs()) > FARTHEST;
         // Also refuses what is infinite.
-        ((0..=40).contains(&exponent) && coarser < 16 && (0..31).contains(&excess)).then_some(Self {
-            centre: (place(shape.cx), place(shape.cy)),
-            coarser: coarser as u32,
-            l,
-            exponent,
-            excess: excess as u32,
-            bits,
-        })
+        (!is_far && (0..=40).contains(&exponent) && coarser < 16 && (0..31).contains(&excess))
+            .then_some(Self { centre, coarser: coarser as u32, l, exponent, excess: excess as u32, bits })
     }
 
     /// The place `(x, y)`, 1/256 px, where the ellipse is the unit circle. `None` out of reach.
     fn place(&self, x: i32, y: i32) -> Option<(i32, i32)> {
         let half = (1 << self.coarser) >> 1;
-        let from =
-            |p: i32, c: i32| (p.saturating_sub(c).saturating_add(half) >> self.coarser).clamp(-MOST, MOST);
+        let from = |p: i32, c: i32| ((p - c + half) >> self.coarser).clamp(-MOST, MOST);
         let (dx, dy) = (from(x, self.centre.0), from(y, self.centre.1));
         let [l0, l1, l2] = self.l;
         let (u, v) = ((l0 * dx + l1 * dy) >> self.excess, (l2 * dy) >> self.excess);
@@ -110,8 +107,7 @@ impl Gauge {
         let (u, v) = self.place(point.x, point.y)?;
         let [l0, l1, l2] = self.l;
         let gradient = (l0 * u, l1 * u + l2 * v);
-        let outward = if point.is_on_row { gradient.0 } else { gradient.1 };
-        let dark_inside = if point.is_rising { outward > 0 } else { outward < 0 };
+        let dark_inside = point.leads_to_light(gradient);
         Some(Look { u, v, gradient, dark_inside })
     }
 

@@ -42,9 +42,9 @@ const APART: i32 = 3 * PX;
 
 /// The ellipse of a long arc: that of consecutive points with the most points of the whole outline on it.
 pub(crate) fn free(mut points: Points) -> Option<Arc> {
-    points.sort();
+    let unit = Unit::of(&points.points);
+    points.sort(unit.shift);
     let points = points.points.as_slice();
-    let unit = Unit::of(points);
     let pieces = Pieces::new(points, &unit);
     let (mut best, mut most) = (None, 0.0);
     for (_, trial) in trials(&pieces, points, &unit).into_iter().flatten() {
