@@ -6,7 +6,9 @@
 //! 3. [`take`]: the crossings of that arc, if there are enough of them in the right places.
 //! 4. [`shows_paper`]: a letter C is an open ring, but nothing lies over it.
 //!
-//! The work of a search is bounded: 96 points, 32 trial windows, and [`limits::MAX_SEARCHES`](crate::settings::limits) a frame.
+//! The work of a search is bounded: 96 points, 32 trial arcs, and [`limits::MAX_SEARCHES`](crate::settings::limits) a frame. On
+//! small processors a floating-point operation is a hundred instructions or more: points, distances, sums and orders are whole
+//! numbers, ellipses are not.
 
 mod gap;
 mod gauge;

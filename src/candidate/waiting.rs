@@ -13,10 +13,17 @@ pub(crate) struct Waiting {
     head: u16,
     /// Searches for arcs that are left in this frame.
     searches: u16,
+    /// Outlines that were not searched.
+    pub unsearched: u32,
 }
 
 impl Waiting {
-    pub const EMPTY: Self = Self { head: NONE, searches: limits::MAX_SEARCHES };
+    /// For a frame of this size.
+    pub fn new(width: u16, height: u16) -> Self {
+        let share = u32::from(width) * u32::from(height) / limits::PX_PER_SEARCH;
+        let searches = (limits::FEW_SEARCHES + share).min(limits::MAX_SEARCHES) as u16;
+        Self { head: NONE, searches, unsearched: 0 }
+    }
 
     /// Takes a closed outline. An error is the reason why it is none of a target; its slot is then still in use.
     pub fn add(&mut self, label: u16, scanner: &mut Scanner<'_>) -> Result<(), Reject> {
@@ -39,7 +46,11 @@ impl Waiting {
         scanner: &mut Scanner<'_>,
     ) -> bool {
         let worth = broken::is_worth_a_search(outline, cause.unwrap_or(Reject::NotElliptic));
-        if self.searches == 0 || !worth || !scanner.budget.is_ample() {
+        if !worth {
+            return false;
+        }
+        if self.searches == 0 || !scanner.budget.is_ample() {
+            self.unsearched = self.unsearched.saturating_add(1);
             return false;
         }
         self.searches -= 1;
@@ -131,7 +142,12 @@ impl Waiting {
             if complete || self.searches == 0 || !scanner.budget.is_ample() {
                 return Some(head);
             }
-            match broken::find_around(head, rows, scanner) {
+            let open = broken::open_around(&outline, scanner);
+            if open.is_empty() {
+                return Some(head);
+            }
+            self.searches -= 1;
+            match broken::find_around(head, &open, rows, scanner) {
                 broken::Around::Nothing => return Some(head),
                 broken::Around::Found(outer) => {
                     self.put_back(head, rows, scanner);
@@ -139,7 +155,6 @@ impl Waiting {
                 }
                 broken::Around::Later(ready) => self.put_back(head, ready, scanner),
             }
-            self.searches -= 1;
         }
     }
 
