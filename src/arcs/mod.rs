@@ -16,6 +16,8 @@ mod pieces;
 mod points;
 mod search;
 mod step;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use gap::shows_paper;
 pub(crate) use points::Points;

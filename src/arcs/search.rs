@@ -114,7 +114,7 @@ pub(crate) fn around(anchor: &Arc, list: CrossingList, pool: &Pool<'_>, origin: 
     let mut radii = Vec::<Radius, MAX_POINTS>::new();
     for look in points.points.iter().filter_map(|point| gauge.look(point)) {
         let Some((radius, change)) = gauge.radius(&look) else { continue };
-        let over = |width: i32| change * width / PX;
+        let over = |width: i32| change * width / (16 * PX);
         let same = look.dark_inside == anchor.dark_inside && (radius - Gauge::UNIT).abs() < over(APART);
         if !same {
             let room = over(CONCENTRIC);
