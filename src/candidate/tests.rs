@@ -40,10 +40,10 @@ fn a_refusal_by_whole_numbers_is_one_by_the_centres() {
         let outline = random.outline(place);
         let reach = 3.0 * f32::from(outline.width().max(outline.height()));
         let beside = |p: f32, most: f32, off: f32| (p + off).clamp(0.0, most);
-        let inner = random.outline({
-            let (dx, dy) = (random.within(-reach, reach), random.within(-reach, reach));
-            (beside(place.0, 1000.0, dx), beside(place.1, 900.0, dy))
-        });
+        // Most of them near.
+        let mut off = || reach * libm::powf(random.within(-1.0, 1.0), 5.0);
+        let (dx, dy) = (off(), off());
+        let inner = random.outline((beside(place.0, 1000.0, dx), beside(place.1, 900.0, dy)));
         let Ok(shape) = moments_shape(&outline) else { continue };
         let centres = has_centre_of(&outline, &shape, &inner, FRAME.0);
         let inside = outline.surrounds(&inner) && inner.bottom <= outline.bottom;
@@ -53,14 +53,15 @@ fn a_refusal_by_whole_numbers_is_one_by_the_centres() {
         refused += u32::from(!are_near(&outline, &inner));
         admitted += u32::from(centres);
     }
-    assert!(refused > 10_000 && admitted > 1000, "no test: {refused} {admitted}");
+    assert!(refused > 2000 && admitted > 2000, "no test: {refused} {admitted}");
 }
 
 /// Which outlines are ellipses: by their area and the number of crossings.
 #[test]
 fn an_outline_without_crossings_or_of_another_area_is_refused() {
     use crate::reject::Reject;
-    let whole = Outline { partial: false, cut: false, ..Random(2).outline((500.0, 450.0)) };
+    let mut whole = Random(2).outline((500.0, 450.0));
+    (whole.partial, whole.cut) = (false, false);
     assert_eq!(shape(&whole).err(), Some(Reject::LowContrast));
     let mut dented = whole;
     dented.moments.area = dented.moments.area * 3 / 4;
