@@ -89,7 +89,13 @@ impl<'s> Detector<'s> {
         log!(debug, "frame of {} x {} px", width, height);
         self.scanner.begin(width, height, &self.settings);
         let summary = Summary { width, height, ..Summary::default() };
-        Ok(Scan { detector: self, regions: Regions::all(), waiting: Waiting::EMPTY, summary, observer })
+        Ok(Scan {
+            detector: self,
+            regions: Regions::all(),
+            waiting: Waiting::new(width, height),
+            summary,
+            observer,
+        })
     }
 
     /// Finds the targets of an image in memory. The rest of the image is not looked at if the iterator is dropped early.
@@ -264,7 +270,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
     fn summary(&self) -> Summary {
         let Scanner { outlines, pool, dropped, .. } = &self.detector.scanner;
         let used = Used { outlines: outlines.used(), crossings: pool.used() };
-        Summary { dropped: *dropped, used, ..self.summary }
+        Summary { dropped: *dropped, unsearched: self.waiting.unsearched, used, ..self.summary }
     }
 
     fn reject(&mut self, label: u16, cause: Reject) {

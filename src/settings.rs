@@ -313,8 +313,11 @@ pub(crate) mod limits {
     pub const FLAG_CONTRAST: f32 = 40.0;
     /// Below this inner semi-minor axis or gap the flag `SMALL` is set, px.
     pub const FLAG_SMALL: f32 = 4.0;
-    /// Searches for arcs in a frame: each costs up to about 50,000 instructions. What is broken beyond that is refused unsearched.
-    pub const MAX_SEARCHES: u16 = 64;
+    /// Most searches for arcs in a frame. What is broken beyond that is refused unsearched, and counted.
+    pub const MAX_SEARCHES: u32 = 64;
+    /// The same in a small frame: a few, and one for so many px.
+    pub const FEW_SEARCHES: u32 = 16;
+    pub const PX_PER_SEARCH: u32 = 4096;
     /// Fewest sectors of 32 in which a broken circle is seen where nothing else is known of it ...
     pub const MIN_SEEN: u32 = 8;
     /// ... and where one concentric with it is known.

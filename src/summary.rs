@@ -27,6 +27,9 @@ pub struct Summary {
     pub rejected: Rejects,
     /// What full buffers cost.
     pub dropped: Dropped,
+    /// Broken outlines in which no arcs were looked for, because the frame had used up its searches (16 and one for 4096 px, at
+    /// most 64) or most of its runs. Not part of the report.
+    pub unsearched: u32,
     /// What it needed of the buffers. Not part of the report.
     pub used: Used,
 }

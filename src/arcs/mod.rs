@@ -6,13 +6,18 @@
 //! 3. [`take`]: the crossings of that arc, if there are enough of them in the right places.
 //! 4. [`shows_paper`]: a letter C is an open ring, but nothing lies over it.
 //!
-//! The work of a search is bounded: 96 points, 32 trial windows, and [`limits::MAX_SEARCHES`](crate::settings::limits) a frame.
+//! The work of a search is bounded: 96 points, 32 trial arcs, and [`limits::MAX_SEARCHES`](crate::settings::limits) a frame. On
+//! small processors a floating-point operation is a hundred instructions or more: points, distances, sums and orders are whole
+//! numbers, ellipses are not.
 
 mod gap;
 mod gauge;
 mod pieces;
 mod points;
 mod search;
+mod step;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use gap::shows_paper;
 pub(crate) use points::Points;
@@ -22,30 +27,27 @@ use crate::fit::Shape;
 use crate::math;
 use crate::scan::{Crossing, CrossingList, Pool};
 use crate::settings::limits;
-use gauge::Gauge;
+use gauge::{Gauge, square};
 use heapless::Vec;
 use points::{MAX_FEWEST, Point};
 
 /// Sectors in which an arc's crossings are looked for.
 const SECTORS: u32 = 32;
-/// 1 px.
-const PX: f32 = gauge::PX as f32;
-/// Distance within which a crossing lies on an arc: linear interpolation is wrong by up to 0.2 px, a short arc's ellipse by
-/// more.
-const ON: u32 = PX as u32;
+/// Distance, squared, within which a crossing lies on an arc: linear interpolation is wrong by up to 0.2 px, a short arc's
+/// ellipse by more.
+const ON: u32 = square(1.0);
 /// Distance up to which it is taken for one of the arc.
-const TAKEN: u32 = (1.3 * PX) as u32;
+const TAKEN: u32 = square(1.3);
 /// Distance up to which it lies beside it.
-const BESIDE: u32 = (2.5 * PX) as u32;
+const BESIDE: u32 = square(2.5);
 /// Distance within which most of them lie, and how many.
-const NEAR: u32 = (0.45 * PX) as u32;
+const NEAR: f32 = 0.45;
 const LEAST_NEAR: f32 = 0.72;
-/// Half of the points of an even outline are as near as this, ...
-const NEAR_HALF: u32 = (0.18 * PX) as u32;
-/// ... or this often, hundredths, where noise or blur spreads them, ...
-const WIDER: [u32; 4] = [100, 125, 160, 200];
-const WIDEST: u32 = 250;
-const UNIT: u32 = 100;
+/// Half of the points of an even outline are as near as this, in units of that, ...
+const NEAR_SHARE: f32 = 0.4;
+/// ... or this often where noise or blur spreads them, ...
+const WIDER: [f32; 4] = [1.0, 1.25, 1.6, 2.0];
+const WIDEST: f32 = 2.5;
 /// ... if no larger share of them is farther away than [`TAKEN`].
 const MOST_FAR: f32 = 0.1;
 /// Most crossings beside an arc for each one on it: a circle is left at a corner, a polygon's side or a curve that is no
@@ -85,12 +87,13 @@ impl Seen {
         let mut seen = Self::default();
         for point in points {
             let look = gauge.look(&point).filter(|look| look.dark_inside == dark_inside);
-            let Some((look, distance)) = look.and_then(|look| Some((look, gauge.distance(&look)?))) else {
+            let Some((look, distance)) = look.and_then(|look| Some((look, gauge.square_distance(&look)?)))
+            else {
                 continue;
             };
             if distance <= ON {
                 seen.on += 1;
-                seen.near += u16::from(distance <= NEAR);
+                seen.near += u16::from(distance <= square(NEAR));
                 seen.sectors |= look.sector();
             } else if distance <= BESIDE {
                 seen.beside += 1;
@@ -134,7 +137,7 @@ pub(crate) fn take(
         return None;
     }
     let on = |crossing: &Crossing| {
-        let distance = gauge.distance_of(&Point::new(crossing, origin), arc.dark_inside);
+        let distance = gauge.square_distance_of(&Point::new(crossing, origin), arc.dark_inside);
         distance.is_some_and(|distance| distance <= TAKEN)
     };
     let (taken, rest) = pool.split(*list, on);
@@ -153,15 +156,15 @@ pub(crate) fn share_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: 
     let Some(gauge) = Gauge::new(&arc.shape) else { return 1.0 };
     let mut distances = Vec::<u32, MAX_FEWEST>::new();
     for point in points::fewest(list, pool, origin) {
-        let _ = distances.push(gauge.distance_of(&point, arc.dark_inside).unwrap_or(u32::MAX));
+        let _ = distances.push(gauge.square_distance_of(&point, arc.dark_inside).unwrap_or(u32::MAX));
     }
     // Shares of all.
     let off = |limit: u32| distances.iter().filter(|distance| **distance > limit).count();
     let share = |limit: u32| off(limit) as f32 / distances.len().max(1) as f32;
     // Noise leaves hardly any far away, a dent or a bump does.
     let dented = share(TAKEN) > MOST_FAR;
-    let fits = |wider: &u32| dented || 2 * off(wider * NEAR_HALF / UNIT) <= distances.len();
-    share(NEAR * WIDER.into_iter().find(fits).unwrap_or(WIDEST) / UNIT)
+    let fits = |wider: &f32| dented || 2 * off(square(NEAR_SHARE * NEAR * wider)) <= distances.len();
+    share(square(NEAR * WIDER.into_iter().find(fits).unwrap_or(WIDEST)))
 }
 
 /// Crossings that a whole ellipse with these semi-axes has, to 10 %, when each axis keeps its own half of them.

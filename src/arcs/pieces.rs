@@ -12,7 +12,7 @@ const SCATTER: i32 = PX / 2;
 /// The unit of length of [`Rough`] sums.
 pub(super) struct Unit {
     /// Coordinates of points have so many bits more.
-    shift: u32,
+    pub shift: u32,
     /// Largest coordinate, at least 1 px, in px.
     pub extent: f32,
 }

@@ -12,8 +12,8 @@ const FEW: usize = 56;
 /// Share of the largest step of an outline that a crossing must have in such a search: what lies over a target is as a rule
 /// neither as dark as its ink nor as light as its paper.
 const STEP: f32 = 0.6;
-/// What the squared distance to a point on the other side of a stroke counts more, 1/64 px^2: that of 1000 px.
-const OPPOSITE: u32 = 64_000_000;
+/// What a point on the other side of a stroke is farther: more than any squared distance.
+const OPPOSITE: i32 = 1 << 28;
 /// Most points for one about a known circle.
 pub(super) const MAX_POINTS: usize = 96;
 
@@ -23,11 +23,12 @@ pub(super) struct Point {
     /// About the origin, 1/256 px, by linear interpolation.
     pub x: i32,
     pub y: i32,
-    /// The axis.
-    pub is_on_row: bool,
-    /// Light lies on the far side.
-    pub is_rising: bool,
+    /// Where light lies: [`RISING`] if on the far side, and [`ON_ROW`] if the axis is that.
+    side: u8,
 }
+
+const RISING: u8 = 1;
+const ON_ROW: u8 = 2;
 
 /// Difference of the levels on both sides of a crossing.
 fn step(crossing: &Crossing) -> u16 {
@@ -45,13 +46,13 @@ impl Point {
     pub fn new(crossing: &Crossing, origin: (u16, u16)) -> Self {
         let (x, y) = pixel(crossing, origin);
         let [_, n0, n1, n2, n3, _] = crossing.near.map(i32::from);
-        let is_rising = n2 + n3 > n0 + n1;
+        let rising = if n2 + n3 > n0 + n1 { RISING } else { 0 };
         // Between the two inner samples, at u = -1 and 0.
         let share =
             (PX / 2 * (n0 + n3 - 2 * n1)).checked_div(n2 - n1).map_or(PX / 2, |share| share.clamp(0, PX));
         match crossing.axis() {
-            Axis::Row => Self { x: x - PX + share, y, is_on_row: true, is_rising },
-            Axis::Column => Self { x, y: y - PX + share, is_on_row: false, is_rising },
+            Axis::Row => Self { x: x - PX + share, y, side: rising | ON_ROW },
+            Axis::Column => Self { x, y: y - PX + share, side: rising },
         }
     }
 
@@ -61,17 +62,16 @@ impl Point {
         (self.x as f32 * EACH, self.y as f32 * EACH)
     }
 
-    /// Whether light lies on opposite sides of the two.
-    fn opposite(&self, other: &Self) -> bool {
-        self.is_on_row == other.is_on_row && self.is_rising != other.is_rising
+    /// Whether a vector leads to the light rather than away from it.
+    pub fn leads_to_light(&self, (x, y): (i32, i32)) -> bool {
+        let along = if self.side & ON_ROW != 0 { x } else { y };
+        if self.side & RISING != 0 { along > 0 } else { along < 0 }
     }
 
-    /// Measure of the distance to the one that follows.
-    fn distance(&self, next: &Self) -> u32 {
-        // In 1/8 px, as far as 32 bits hold its square.
-        let side = |a: i32, b: i32| (a.abs_diff(b) >> 5).min(1 << 15);
-        let (x, y) = (side(self.x, next.x), side(self.y, next.y));
-        x * x + y * y + if self.opposite(next) { OPPOSITE } else { 0 }
+    /// Measure of the distance to the one that follows, in units of 2^(2 `shift`).
+    fn distance(&self, next: &Self, shift: u32) -> i32 {
+        let (x, y) = ((self.x - next.x) >> shift, (self.y - next.y) >> shift);
+        x * x + y * y + if self.side ^ next.side == RISING { OPPOSITE } else { 0 }
     }
 }
 
@@ -136,19 +136,16 @@ impl Points {
     }
 
     /// Puts the points in the order of the outline: each is followed by the nearest that is left, but not by one on the
-    /// other side of a thin stroke.
-    pub(super) fn sort(&mut self) {
+    /// other side of a thin stroke. Coordinates have at most 12 bits above `shift`.
+    pub(super) fn sort(&mut self, shift: u32) {
         let mut rest = self.points.as_mut_slice();
         while let Some((last, others)) = rest.split_first_mut() {
-            if let Some((next, further)) = others.split_first_mut() {
-                let mut least = last.distance(next);
-                for point in further {
-                    let square = last.distance(point);
-                    if square < least {
-                        least = square;
-                        core::mem::swap(next, point);
-                    }
-                }
+            let distance = |point: &Point| last.distance(point, shift);
+            if let Some((next, further)) = others.split_first_mut()
+                && let Some(nearest) = further.iter_mut().min_by_key(|point| distance(point))
+                && distance(nearest) < distance(next)
+            {
+                core::mem::swap(next, nearest);
             }
             rest = others;
         }

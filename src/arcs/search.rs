@@ -1,10 +1,11 @@
 //! The ellipse with the most points on it.
 
-use super::gauge::{Gauge, PX};
+use super::gauge::{Gauge, Look, PX, square};
 use super::pieces::{PIECES, Pieces, Unit};
 use super::points::{MAX_POINTS, Point, Points};
+use super::step::Normals;
 use super::{Arc, Seen};
-use crate::fit::{Adjustment, Rough, Shape};
+use crate::fit::{Rough, Shape};
 use crate::scan::{CrossingList, Pool};
 use heapless::Vec;
 
@@ -28,22 +29,22 @@ const SIMILAR: [f32; 2] = [2.5, 1.2];
 const FREE_GAIN: f32 = 1.15;
 /// Most radii that are tried for it.
 const MODES: usize = 2;
-/// Distance within which points are of one concentric circle, px: perspective moves its centre.
-const CONCENTRIC: f32 = 2.5;
+/// Distance within which points are of one concentric circle, 1/256 px: perspective moves its centre.
+const CONCENTRIC: i32 = 5 * PX / 2;
 /// Largest semi-axis of a trial in units of the points' extent.
 const MAX_SIZE: f32 = 3.0;
 /// Fewest points on an ellipse.
 const MIN_POINTS: usize = 10;
 /// Largest radius of a circle around a known one, in units of that.
 const MAX_RADIUS: i32 = 11;
-/// Least distance of two circles of the same polarity, px.
-const APART: f32 = 3.0;
+/// Least distance of two circles of the same polarity, 1/256 px.
+const APART: i32 = 3 * PX;
 
 /// The ellipse of a long arc: that of consecutive points with the most points of the whole outline on it.
 pub(crate) fn free(mut points: Points) -> Option<Arc> {
-    points.sort();
+    let unit = Unit::of(&points.points);
+    points.sort(unit.shift);
     let points = points.points.as_slice();
-    let unit = Unit::of(points);
     let pieces = Pieces::new(points, &unit);
     let (mut best, mut most) = (None, 0.0);
     for (_, trial) in trials(&pieces, points, &unit).into_iter().flatten() {
@@ -62,11 +63,6 @@ pub(crate) fn free(mut points: Points) -> Option<Arc> {
 /// Share of the distances for the ellipse of an arc.
 fn scale(arc: &Arc) -> f32 {
     (arc.shape.semi_axes().1 / SMALL).clamp(LEAST_SHARE, 1.0)
-}
-
-/// A distance in the unit of the points.
-fn fixed(distance: f32) -> u32 {
-    (distance * PX as f32) as u32
 }
 
 /// The ellipses of consecutive pieces that have most points on them, with their scores.
@@ -103,16 +99,11 @@ fn trials(pieces: &Pieces, points: &[Point], unit: &Unit) -> [Option<(u32, Arc)>
 fn look(gauge: &Gauge, points: &[Point]) -> [u32; 2] {
     let mut scores = [0; 2];
     for look in points.iter().step_by(2).filter_map(|point| gauge.look(point)) {
-        let Some(distance) = gauge.distance(&look) else { continue };
+        let Some(distance) = gauge.square_distance(&look) else { continue };
         let [dark, light] = &mut scores;
-        *(if look.dark_inside { dark } else { light }) += nearness(distance, fixed(TRIAL));
+        *(if look.dark_inside { dark } else { light }) += square(TRIAL).saturating_sub(distance);
     }
     scores
-}
-
-/// What is left of the square of a distance at another one, 2^-16 px^2.
-fn nearness(distance: u32, limit: u32) -> u32 {
-    (limit * limit).saturating_sub(distance * distance)
 }
 
 /// The ellipse of a circle that is concentric with the one of `anchor` and not the same, in some of the crossings of `list`,
@@ -123,7 +114,7 @@ pub(crate) fn around(anchor: &Arc, list: CrossingList, pool: &Pool<'_>, origin: 
     let mut radii = Vec::<Radius, MAX_POINTS>::new();
     for look in points.points.iter().filter_map(|point| gauge.look(point)) {
         let Some((radius, change)) = gauge.radius(&look) else { continue };
-        let over = |width: f32| change * fixed(width) as i32 / PX;
+        let over = |width: i32| change * width / (16 * PX);
         let same = look.dark_inside == anchor.dark_inside && (radius - Gauge::UNIT).abs() < over(APART);
         if !same {
             let room = over(CONCENTRIC);
@@ -135,8 +126,8 @@ pub(crate) fn around(anchor: &Arc, list: CrossingList, pool: &Pool<'_>, origin: 
         let Some((radius, dark_inside)) = take_mode(&mut radii) else { break };
         let radius = radius as f32 / Gauge::UNIT as f32;
         let trial = Arc { shape: anchor.shape.grown(radius), dark_inside };
-        let Some(similar) = adjust(&trial, &points.points, &SIMILAR, Adjustment::similar) else { continue };
-        let free = adjust(&similar, &points.points, &ADJUST, step);
+        let Some(similar) = adjust(&trial, &points.points, &SIMILAR, Normals::similar) else { continue };
+        let free = adjust(&similar, &points.points, &ADJUST, Normals::step);
         for (arc, gain) in [(Some(similar), 1.0), (free, FREE_GAIN)] {
             let Some(arc) = arc else { continue };
             let score = score(&arc, &points.points, TRIAL) / gain;
@@ -189,24 +180,29 @@ pub(crate) fn common(points: &Points, dark_inside: bool, share: f32) -> Option<A
     (near(&arc, &points.points, TRIAL).count() as f32 >= share * points.points.len() as f32).then_some(arc)
 }
 
-/// The points up to `distance` px from the arc's ellipse, with their distances.
-fn near<'p>(
-    arc: &Arc,
-    points: &'p [Point],
-    distance: f32,
-) -> impl Iterator<Item = (&'p Point, u32)> + use<'p> {
-    let (gauge, limit, dark_inside) = (Gauge::new(&arc.shape), fixed(distance), arc.dark_inside);
+/// A point near an arc.
+struct Near<'p> {
+    point: &'p Point,
+    look: Look,
+    square: u32,
+}
+
+/// The points up to `distance` px from the arc's ellipse.
+fn near<'p>(arc: &Arc, points: &'p [Point], distance: f32) -> impl Iterator<Item = Near<'p>> + use<'p> {
+    let (gauge, limit, dark_inside) = (Gauge::new(&arc.shape), square(distance), arc.dark_inside);
     points.iter().filter_map(move |point| {
-        let distance = gauge.as_ref()?.distance_of(point, dark_inside)?;
-        (distance < limit).then_some((point, distance))
+        let gauge = gauge.as_ref()?;
+        let look = gauge.look(point).filter(|look| look.dark_inside == dark_inside)?;
+        let square = gauge.square_distance(&look).filter(|square| *square < limit)?;
+        Some(Near { point, look, square })
     })
 }
 
 /// Number of points up to `distance` px from the arc's ellipse, each the less the farther it is.
 fn score(arc: &Arc, points: &[Point], distance: f32) -> f32 {
-    let limit = fixed(distance);
-    let sum = near(arc, points, distance).fold(0, |sum, (_, distance)| sum + nearness(distance, limit));
-    sum as f32 / (limit * limit) as f32
+    let limit = square(distance);
+    let sum = near(arc, points, distance).fold(0, |sum, near| sum + limit - near.square);
+    sum as f32 / limit as f32
 }
 
 /// Fits the ellipse to the points that are near it, again and again: algebraically, which gets there from far but shrinks an
@@ -215,8 +211,8 @@ fn approach(arc: &Arc, share: f32, points: &[Point], unit: &Unit) -> Option<Arc>
     let mut arc = *arc;
     for distance in REFINE.map(|distance| share * distance) {
         let (mut sum, mut count) = (Rough::default(), 0);
-        for (point, _) in near(&arc, points, distance) {
-            unit.add(&mut sum, point);
+        for near in near(&arc, points, distance) {
+            unit.add(&mut sum, near.point);
             count += 1;
         }
         if count < MIN_POINTS {
@@ -230,7 +226,7 @@ fn approach(arc: &Arc, share: f32, points: &[Point], unit: &Unit) -> Option<Arc>
 
 /// Fits it geometrically.
 fn finish(arc: &Arc, share: f32, points: &[Point]) -> Option<Arc> {
-    adjust(arc, points, &ADJUST.map(|distance| share * distance), step)
+    adjust(arc, points, &ADJUST.map(|distance| share * distance), Normals::step)
 }
 
 /// Adjusts the ellipse geometrically, with the points within each of `distances` in turn.
@@ -238,24 +234,16 @@ fn adjust(
     arc: &Arc,
     points: &[Point],
     distances: &[f32],
-    step: impl Fn(&Adjustment) -> Option<Shape>,
+    step: impl Fn(&Normals, &Shape) -> Option<Shape>,
 ) -> Option<Arc> {
     let mut arc = *arc;
     for &distance in distances {
-        let mut adjustment = Adjustment::new(arc.shape)?;
-        let mut count = 0;
-        for (point, _) in near(&arc, points, distance) {
-            let (x, y) = point.place();
-            let view = adjustment.view(x, y);
-            adjustment.add(&view);
-            count += 1;
+        let mut normals = Normals::default();
+        near(&arc, points, distance).for_each(|near| normals.add(&near.look));
+        if normals.points < MIN_POINTS {
+            return None;
         }
-        arc.shape = step(&adjustment).filter(|_| count >= MIN_POINTS)?;
+        arc.shape = step(&normals, &arc.shape)?;
     }
     Some(arc)
-}
-
-/// The step in which the whole ellipse is free.
-fn step(adjustment: &Adjustment) -> Option<Shape> {
-    adjustment.finish().map(|adjusted| adjusted.shape)
 }

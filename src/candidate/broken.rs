@@ -209,16 +209,12 @@ pub(super) enum Around {
     Later(u16),
 }
 
-/// Looks in the outlines that are open after `rows` rows for a circle around the waiting outline `label`.
-pub(super) fn find_around(label: u16, rows: u16, scanner: &mut Scanner<'_>) -> Around {
-    let Some(inner) = scanner.outlines.get(label).copied() else { return Around::Nothing };
-    let open = open_around(&inner, scanner);
-    if open.is_empty() {
-        return Around::Nothing;
-    }
-    let about = origin(&inner);
-    let Some(anchor) = arc_of(&inner, about) else { return Around::Nothing };
-    for open in open {
+/// Looks in the outlines `open` after `rows` rows for a circle around the waiting outline `label`.
+pub(super) fn find_around(label: u16, open: &[u16], rows: u16, scanner: &mut Scanner<'_>) -> Around {
+    let Some(inner) = scanner.outlines.get(label) else { return Around::Nothing };
+    let about = origin(inner);
+    let Some(anchor) = arc_of(inner, about) else { return Around::Nothing };
+    for &open in open {
         let Some(outline) = scanner.outlines.get(open).copied() else { continue };
         let mut list = outline.crossings;
         let arc = arcs::around(&anchor, list, &scanner.pool, about);
@@ -244,7 +240,7 @@ pub(super) fn find_around(label: u16, rows: u16, scanner: &mut Scanner<'_>) -> A
 }
 
 /// Labels of the open outlines whose boxes surround that of `inner` and that have enough crossings.
-fn open_around(inner: &Outline, scanner: &Scanner<'_>) -> Vec<u16, MAX_OPEN> {
+pub(super) fn open_around(inner: &Outline, scanner: &Scanner<'_>) -> Vec<u16, MAX_OPEN> {
     let mut open = Vec::new();
     for transition in scanner.last_transitions() {
         let around = |outline: &Outline| {

@@ -8,6 +8,8 @@
 //! 2. [`broken`]: outlines that are no ellipse, but of which arcs of one are left.
 
 mod broken;
+#[cfg(test)]
+mod tests;
 mod waiting;
 
 pub(crate) use waiting::Waiting;
@@ -111,15 +113,17 @@ fn can_be_concentric(outline: &Outline, inner: &Outline) -> bool {
 
 /// Whether `inner` can be a concentric circle inside `outline`, in a frame of this width.
 fn concentric(outline: &Outline, shape: &Shape, inner: &Outline, width: u16) -> bool {
-    if !can_be_concentric(outline, inner) {
-        return false;
-    }
-    let partial = outline.is_partial() || inner.is_partial();
+    can_be_concentric(outline, inner) && has_centre_of(outline, shape, inner, width)
+}
+
+/// Whether the centres of both, `inner` the smaller one, are as near as perspective and uncertainty allow.
+fn has_centre_of(outline: &Outline, shape: &Shape, inner: &Outline, width: u16) -> bool {
     let (ox, oy) = origin(outline);
     let area = inner.moments.area as f32;
     let from = |sum: i64, origin: u16| (sum - i64::from(origin) * inner.moments.area) as f32 / area;
     let (dx, dy) = (from(inner.moments.x, ox) - shape.cx, from(inner.moments.y, oy) - shape.cy);
     let area_ratio = (area / outline.moments.area as f32).abs();
+    let partial = outline.is_partial() || inner.is_partial();
     let grid = if partial { limits::ARC_CENTRE } else { limits::GRID_CENTRE };
     let limit = Offset { width, grid }.limit(shape.semi_axes(), area_ratio);
     area_ratio < 1.0 && shape.square(dx, dy) <= limit * limit

@@ -14,10 +14,17 @@ pub(crate) struct Waiting {
     head: u16,
     /// Searches for arcs that are left in this frame.
     searches: u16,
+    /// Outlines that were not searched.
+    pub unsearched: u32,
 }
 
 impl Waiting {
-    pub const EMPTY: Self = Self { head: NONE, searches: limits::MAX_SEARCHES };
+    /// For a frame of this size.
+    pub fn new(width: u16, height: u16) -> Self {
+        let share = u32::from(width) * u32::from(height) / limits::PX_PER_SEARCH;
+        let searches = (limits::FEW_SEARCHES + share).min(limits::MAX_SEARCHES) as u16;
+        Self { head: NONE, searches, unsearched: 0 }
+    }
 
     /// Whether nothing waits.
     pub fn is_empty(&self) -> bool {
@@ -28,17 +35,15 @@ impl Waiting {
     pub fn add(&mut self, label: u16, scanner: &mut Scanner<'_>) -> Result<(), Reject> {
         let outline = *scanner.outlines.get(label).ok_or(Reject::BufferFull)?;
         let shape = shape(&outline);
-        let whole = |scanner: &Scanner<'_>| {
-            shape.is_ok_and(|shape| !broken::is_bent(&outline, &shape, &scanner.pool))
-        };
-        if self.may_search(scanner) && !whole(scanner) && self.search(label, &outline, shape.err(), scanner) {
+        let whole = !ARCS || shape.is_ok_and(|shape| !broken::is_bent(&outline, &shape, &scanner.pool));
+        if !whole && self.search(label, &outline, shape.err(), scanner) {
             return Ok(());
         }
         // One that is bent without an arc of another ellipse stays what it is.
         shape.map(|shape| self.insert_ellipse(label, &shape, scanner))
     }
 
-    /// Takes the arcs of an outline that is no ellipse for `cause`. `false` if there are none.
+    /// Takes the arcs of an outline that is no ellipse for `cause`. `false` if there are none or none may be looked for.
     fn search(
         &mut self,
         label: u16,
@@ -48,6 +53,10 @@ impl Waiting {
     ) -> bool {
         let worth = broken::is_worth_a_search(outline, cause.unwrap_or(Reject::NotElliptic));
         if !worth {
+            return false;
+        }
+        if !self.may_search(scanner) {
+            self.unsearched = self.unsearched.saturating_add(1);
             return false;
         }
         self.searches -= 1;
@@ -144,7 +153,12 @@ impl Waiting {
             if complete || !self.may_search(scanner) {
                 return Some(head);
             }
-            match broken::find_around(head, rows, scanner) {
+            let open = broken::open_around(&outline, scanner);
+            if open.is_empty() {
+                return Some(head);
+            }
+            self.searches -= 1;
+            match broken::find_around(head, &open, rows, scanner) {
                 broken::Around::Nothing => return Some(head),
                 broken::Around::Found(outer) => {
                     self.put_back(head, rows, scanner);
@@ -152,7 +166,6 @@ impl Waiting {
                 }
                 broken::Around::Later(ready) => self.put_back(head, ready, scanner),
             }
-            self.searches -= 1;
         }
     }
 

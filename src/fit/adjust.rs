@@ -117,15 +117,6 @@ impl Adjustment {
             points: self.points,
         })
     }
-
-    /// Takes the step to a similar ellipse instead: only centre and size are free, as between concentric circles.
-    pub fn similar(&self) -> Option<Shape> {
-        let [_, _, [_, _, cc, ..], [_, _, dc, dd, _], [_, _, ec, ed, ee]] = self.m;
-        let [_, _, c, d, e] = self.right;
-        let m: Matrix<3> = [[cc, 0.0, 0.0], [dc, dd, 0.0], [ec, ed, ee]];
-        let [c, d, e] = Factor::new(&m)?.solve([c, d, e]);
-        self.frame.moved(&self.shape, &[0.0, 0.0, c, d, e])
-    }
 }
 
 /// Stretch and centre from the terms of the conic, as (index, factor): the centre moves by minus half the last two.
