@@ -228,7 +228,7 @@ mod tests {
 
     #[test]
     fn stack_lies_above_the_variables() {
-        let section = |name: &str, start, size, in_ram| Section {
+        let section = |name: &str, start, size, in_ram: bool| Section {
             name: name.to_owned(),
             start,
             size,
