@@ -19,6 +19,7 @@ mod runs;
 mod strips;
 #[cfg(test)]
 mod tests;
+mod window;
 
 #[cfg(test)]
 pub(crate) use crossings::Stretch;
@@ -153,7 +154,8 @@ impl<'s> Scanner<'s> {
         if below != first / BLOCK_ROWS as u16 {
             return;
         }
-        self.strips.resolve(&self.rows);
+        let dropped = self.strips.resolve(&self.rows, &self.budget);
+        self.dropped.runs = self.dropped.runs.saturating_add(dropped);
         let last = (first + BLOCK_ROWS as u16).min(self.rows.height());
         self.link_rows(first, last);
     }

@@ -32,7 +32,7 @@ fn scan(
         if rows.block_complete() {
             strips.measure(&rows, &mut Regions::all());
             if y > 4 {
-                strips.resolve(&rows);
+                strips.resolve(&rows, &Budget::NONE);
                 check(&strips, y - 7);
             }
         }
