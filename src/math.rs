@@ -30,6 +30,7 @@ pub(crate) fn sincos(x: f32) -> (f32, f32) {
 }
 
 /// Nearest integer, halves away from zero; saturates.
+#[inline(never)]
 pub(crate) fn round(x: f32) -> i32 {
     libm::roundf(x) as i32
 }
