@@ -31,7 +31,9 @@ pub(crate) fn sincos(x: f32) -> (f32, f32) {
 
 /// Nearest integer, halves away from zero; saturates.
 pub(crate) fn round(x: f32) -> i32 {
-    libm::roundf(x) as i32
+    // The largest value below one half: with it, and not with one half, what is just below a half stays below the next integer.
+    const HALF: f32 = 0.5 - 0.25 * f32::EPSILON;
+    (x + HALF.copysign(x)) as i32
 }
 
 /// Functions good to about 1 %: for gates and sectors, never for a measured value.
@@ -39,5 +41,24 @@ pub(crate) mod approx {
     /// Angle of `(x, y)`, radians, wrong by at most 0.0028.
     pub(crate) fn atan2(y: f32, x: f32) -> f32 {
         micromath::F32(y).atan2(micromath::F32(x)).0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounds_as_libm() {
+        let same = |x: f32| assert_eq!(round(x), libm::roundf(x) as i32, "{x:e}");
+        // Every exponent and sign with many mantissas, NaN and the infinities among them.
+        (0..=u32::MAX).step_by(4093).for_each(|bits| same(f32::from_bits(bits)));
+        for k in 0..100_000i32 {
+            let half = k as f32 + 0.5;
+            for x in [half, half.next_up(), half.next_down()] {
+                same(x);
+                same(-x);
+            }
+        }
     }
 }

@@ -63,6 +63,7 @@ impl Rough {
     }
 
     /// The fit of [`Sums::fit`](super::Sums::fit), in 4096 units of the coordinates.
+    #[inline(never)]
     pub fn fit(&self) -> Option<Shape> {
         const UNIT: f32 = 1.0 / ONE;
         let [n, x, y, xx, xy, yy, xxx, xxy, xyy, yyy, xxxx, xxxy, xxyy, xyyy, yyyy] = self.sums;

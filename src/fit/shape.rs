@@ -67,6 +67,7 @@ impl Shape {
     }
 
     /// Semi-axes, px, major first.
+    #[inline(never)]
     pub fn semi_axes(&self) -> (f32, f32) {
         let mean = 0.5 * (self.axx + self.ayy);
         let half = 0.5 * (self.axx - self.ayy);

@@ -36,6 +36,7 @@ impl Spread {
 
     /// Standard deviation from the upper end of the bin with the median: up to 20 % too large. The smallest is 1.7e-3, that of no
     /// residuals infinite.
+    #[inline(never)]
     pub fn sigma(&self) -> f32 {
         if self.count == 0 {
             return f32::INFINITY;

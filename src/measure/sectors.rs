@@ -24,6 +24,7 @@ impl Sectors {
     }
 
     /// The same without short gaps, of an ellipse with this semi-minor axis, px.
+    #[inline(never)]
     pub fn closed(self, minor: f32) -> Self {
         let steps = steps(0.5 * GAP, minor);
         let mut sectors = self;
@@ -70,6 +71,7 @@ fn steps(stretch: f32, minor: f32) -> u32 {
 }
 
 /// Which of `count` sectors, a power of two, holds the point.
+#[inline(never)]
 fn index(u: f32, v: f32, count: u32) -> u32 {
     let turn = math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI) + 1.0;
     (turn * count as f32) as u32 & (count - 1)

@@ -75,6 +75,8 @@ impl<'b> Frame<'b> {
         frame
     }
 
+    /// Not inlined: the serializer has it in every field.
+    #[inline(never)]
     fn content(&mut self, byte: u8) {
         self.digest.update(&[byte]);
         self.stuff(byte);

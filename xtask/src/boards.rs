@@ -5,6 +5,7 @@ use anyhow::{Result, ensure};
 use crate::Root;
 use crate::image::Image;
 use crate::package::Package;
+use crate::stack;
 use crate::steps::{self, Tally};
 use crate::toolchain::Target;
 
@@ -39,13 +40,14 @@ pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
 }
 
 fn check(root: &Root, package: Package) -> Result<()> {
-    let image = Image::read(&package.build(root)?)?;
+    let elf = package.build(root)?;
+    let image = Image::read(&elf)?;
     println!("{}: flash {} bytes, RAM {} bytes", package.name, image.flash(), image.ram());
     ensure!(
         image.variable("STORAGE").is_some_and(|storage| storage.section == ".bss"),
         "STORAGE takes flash"
     );
-    Ok(())
+    stack::check_room(&elf, &image, package.target)
 }
 
 /// The library with its logs, for a board; a link would need somewhere for them to go.

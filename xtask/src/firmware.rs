@@ -11,6 +11,7 @@ use crate::Root;
 use crate::image::{Forbidden, Image};
 use crate::package::{NOWHERE, Package};
 use crate::setup::Emulator;
+use crate::stack;
 use crate::steps::Tally;
 use crate::toolchain::Target;
 
@@ -72,9 +73,11 @@ fn check(root: &Root, board: Board, tally: &mut Tally) -> Result<()> {
     if let Some(mut clippy) = board.package.clippy(root)? {
         tally.run(&mut clippy);
     }
-    let image = Image::read(&board.build(root)?)?;
+    let elf = board.build(root)?;
+    let image = Image::read(&elf)?;
     println!("flash {} bytes, RAM {} bytes", image.flash(), image.ram());
     tally.check(check_storage(&image));
+    tally.check(stack::check_room(&elf, &image, board.package.target));
     check_symbols(&image, tally);
     tally.check(board.check_that_a_panic_is_noticed(root));
     Ok(())

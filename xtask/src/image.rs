@@ -83,6 +83,7 @@ impl Symbol {
 
 struct Section {
     name: String,
+    start: u64,
     size: u64,
     loaded: bool,
     in_ram: bool,
@@ -129,7 +130,7 @@ impl Image {
             if loaded {
                 contents.push((header.sh_addr, file.section_data(&header)?.0.to_vec()));
             }
-            sections.push(Section { name, size: header.sh_size, loaded, in_ram });
+            sections.push(Section { name, start: header.sh_addr, size: header.sh_size, loaded, in_ram });
             let is_of_code = matches!(header.sh_type, SHT_REL | SHT_RELA)
                 && headers.get(header.sh_info as usize)?.sh_flags & u64::from(SHF_EXECINSTR) != 0;
             if is_of_code && header.sh_type == SHT_REL {
@@ -166,6 +167,12 @@ impl Image {
     /// Bytes of RAM: the variables, without the stack.
     pub fn ram(&self) -> u64 {
         self.sections.iter().filter(|section| section.in_ram).map(|section| section.size).sum()
+    }
+
+    /// Bytes of RAM above the variables, for the stack; `None` where the image does not say where it starts.
+    pub fn room_for_stack(&self) -> Option<u64> {
+        let ends = self.sections.iter().filter(|section| section.in_ram).map(|s| s.start + s.size);
+        self.variable("_stack_start")?.start.checked_sub(ends.max()?)
     }
 
     /// Functions and variables of a forbidden kind, each with the functions that need it.
@@ -217,6 +224,36 @@ mod tests {
 
     fn kinds(symbol: &str) -> Vec<Forbidden> {
         Forbidden::ALL.into_iter().filter(|kind| kind.has(symbol)).collect()
+    }
+
+    #[test]
+    fn stack_lies_above_the_variables() {
+        let section = |name: &str, start, size, in_ram: bool| Section {
+            name: name.to_owned(),
+            start,
+            size,
+            loaded: !in_ram,
+            in_ram,
+        };
+        let top = |start| Symbol {
+            name: "_stack_start".to_owned(),
+            start,
+            is_function: false,
+            section: String::new(),
+            size: 0,
+        };
+        let image = |start| Image {
+            sections: vec![
+                section(".text", 0x4000_0000, 0x500, false),
+                section(".data", 0x2000_0000, 0x10, true),
+                section(".bss", 0x2000_0010, 0x90, true),
+            ],
+            symbols: vec![top(start)],
+            ..Image::default()
+        };
+        assert_eq!(image(0x2000_0100).room_for_stack(), Some(0x60));
+        assert_eq!(image(0x2000_0080).room_for_stack(), None);
+        assert_eq!(Image::default().room_for_stack(), None);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 
 use crate::image::Image;
 use crate::setup::install_packages;
@@ -55,8 +55,37 @@ pub fn ensure_disassembler() -> Result<()> {
     Ok(())
 }
 
+/// Bytes for the interrupts of a board and what its executor calls through pointers, which no chain of calls shows.
+const RESERVE: u64 = 2048;
+
+/// Checks that the deepest chain of calls of an image fits above its variables. Says so where there is no disassembler.
+///
+/// # Errors
+/// It does not fit, or the image does not say where its stack starts.
+pub fn check_room(elf: &Path, image: &Image, target: Target) -> Result<()> {
+    let room = image.room_for_stack().context("the image does not say where its stack starts")?;
+    let Some(functions) = disassemble(elf, image, target) else {
+        println!("room for the stack: {room} bytes; what it takes is not determined");
+        return Ok(());
+    };
+    let mut walk = Walk::new(&functions);
+    let deepest = functions.keys().map(|&start| walk.depth(start, &mut Vec::new()));
+    let (bytes, chain) = deepest.max_by_key(|(bytes, _)| *bytes).unwrap_or_default();
+    println!("room for the stack: {room} bytes; deepest calls: {bytes}, reserve: {RESERVE}");
+    ensure!(bytes + RESERVE <= room, "the stack does not fit:\n  {}", chain.join("\n  "));
+    Ok(())
+}
+
 /// Bound of the stack below the function of this name; `None` without a disassembler or without such a function.
 pub fn bound(elf: &Path, image: &Image, target: Target, root: &str) -> Option<Bound> {
+    let functions = disassemble(elf, image, target)?;
+    let mut walk = Walk::new(&functions);
+    let (bytes, chain) = walk.depth(image.function(root)?.start, &mut Vec::new());
+    Some(Bound { bytes, chain, ..walk.bound })
+}
+
+/// The functions of an image; `None` without a disassembler.
+fn disassemble(elf: &Path, image: &Image, target: Target) -> Option<BTreeMap<u64, Function>> {
     let mut command = Command::new(DISASSEMBLER);
     command.args(["-d", "--no-show-raw-insn"]).arg(elf);
     if target != Target::Rv32Imc {
@@ -64,10 +93,7 @@ pub fn bound(elf: &Path, image: &Image, target: Target, root: &str) -> Option<Bo
         command.arg("--mattr=+fp-armv8d16,+dsp");
     }
     let listing = output_of(&mut command)?;
-    let functions = read(&listing, image);
-    let mut walk = Walk { functions: &functions, known: BTreeMap::new(), bound: Bound::default() };
-    let (bytes, chain) = walk.depth(image.function(root)?.start, &mut Vec::new());
-    Some(Bound { bytes, chain, ..walk.bound })
+    Some(read(&listing, image))
 }
 
 /// Every function of the image by its address.
@@ -115,7 +141,11 @@ struct Walk<'f> {
     bound: Bound,
 }
 
-impl Walk<'_> {
+impl<'f> Walk<'f> {
+    fn new(functions: &'f BTreeMap<u64, Function>) -> Self {
+        Self { functions, known: BTreeMap::new(), bound: Bound::default() }
+    }
+
     fn depth(&mut self, start: u64, path: &mut Vec<u64>) -> (u64, Vec<String>) {
         let Some(function) = self.functions.get(&start) else { return (0, Vec::new()) };
         if path.contains(&start) {
@@ -154,7 +184,7 @@ mod tests {
 
     fn walk(functions: &[(u64, Function)]) -> (u64, Bound) {
         let functions = functions.iter().cloned().collect();
-        let mut walk = Walk { functions: &functions, known: BTreeMap::new(), bound: Bound::default() };
+        let mut walk = Walk::new(&functions);
         let (bytes, _) = walk.depth(0, &mut Vec::new());
         (bytes, walk.bound)
     }
