@@ -54,7 +54,7 @@ impl Drawn {
 /// The point at a place, with light on the far side of a row.
 fn point((x, y): (f32, f32)) -> Point {
     let levels = [0, 0, 0, 200, 200, 200];
-    let crossing = Crossing::new(Axis::Row, (0, 0), levels, [Stretch::new(&[0]); 2]);
+    let crossing = Crossing::new(Axis::Row, (0, 0), levels, [Stretch::of(&[0], 0); 2]);
     let grid = |x: f32| libm::roundf(256.0 * x) as i32;
     let mut point = Point::new(&crossing, (0, 0));
     (point.x, point.y) = (grid(x), grid(y));
