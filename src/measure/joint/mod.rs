@@ -129,8 +129,8 @@ struct Steps<'a> {
     ringed: bool,
     /// Semi-major axis of the outermost outline, px.
     size: f32,
-    pass: Pass,
-    solved: Solved,
+    pass: &'a mut Pass,
+    solved: &'a mut Solved,
 }
 
 /// The fitted ellipses of all `edges`, with the light. `None` where the target is not seen whole, or not like the model.
@@ -154,8 +154,8 @@ pub(super) fn joint(
     }
     let mut model = Model { outlines, dark, bright, gx: 0.0, gy: 0.0, blur };
     let size = edges.edges.first()?.shape.semi_axes().0;
-    let (pass, solved) = (Pass::new(), Solved::new());
-    let mut steps = Steps { edges, pool, origin, ringed, size, pass, solved };
+    let (mut pass, mut solved) = (Pass::new(), Solved::new());
+    let mut steps = Steps { edges, pool, origin, ringed, size, pass: &mut pass, solved: &mut solved };
     let noise = steps.settle_few(&mut model)?;
     for _ in 0..STEPS {
         let contrast = model.contrast();
@@ -202,12 +202,12 @@ impl Steps<'_> {
         for (k, edge) in self.edges.edges.iter().enumerate() {
             self.add_edge(scene, &scene.track(k)?, edge, gate);
         }
-        self.pass.arrow.solve(scene, self.size, &mut self.solved)?;
+        self.pass.arrow.solve(scene, self.size, self.solved)?;
         Some(self.solved.step())
     }
 
     fn add_edge(&mut self, scene: &Scene<'_>, track: &Track<'_>, edge: &Edge, gate: &Gate) {
-        let pass = &mut self.pass;
+        let pass = &mut *self.pass;
         pass.arrow.next();
         let mut seen = Sectors(0);
         let mut light = [(0, 0u16); PARTS];
@@ -280,6 +280,7 @@ impl Pass {
     }
 }
 
+#[inline(never)]
 fn result(model: &Model, steps: &Steps<'_>, circles: &mut FittedList) -> Option<Light> {
     let Steps { pass, solved, .. } = steps;
     for (k, outline) in model.outlines.iter().enumerate() {
