@@ -72,7 +72,8 @@ fn undisturbed(
     settings: &Settings,
     about: &Origin,
 ) -> Option<Result<Target, Reject>> {
-    let (fitted, light) = joint(edges, &scanner.pool, about, settings.code.is_some())?;
+    let mut fitted = FittedList::new();
+    let light = joint(edges, &scanner.pool, about, settings.code.is_some(), &mut fitted)?;
     let circles = choose(&fitted, settings, scanner.width());
     Some(circles.and_then(|circles| assemble(&circles, settings, &light, about)))
 }

@@ -263,6 +263,14 @@ impl Arrow {
         }
     }
 
+    pub fn clear(&mut self) {
+        self.blocks.clear();
+        self.shared = [[0; SHARED]; SHARED];
+        self.right = [0; SHARED];
+        self.sides = [Side::default(); 2];
+        (self.squares, self.samples) = (0, 0);
+    }
+
     /// The next outline's crossings follow.
     pub fn next(&mut self) {
         let _ = self.blocks.push(Block::default());

@@ -24,10 +24,9 @@ use super::ellipse::{Fitted, FittedList};
 use super::origin::Origin;
 use super::sectors::Sectors;
 use super::{Light, check_contrast};
-use crate::appearance::{Model, Outline};
+use crate::appearance::{Model, Outline, Step};
 use crate::edge::{Edge, Edges};
 use crate::fit::Adjusted;
-use crate::list::list;
 use crate::math;
 use crate::scan::Pool;
 use crate::settings::limits;
@@ -35,7 +34,7 @@ use crate::target::MAX_CIRCLES;
 use arrow::{Arrow, PARTS, Part};
 use fixed::{GREY, fixed, sector};
 use heapless::Vec;
-use scene::Scene;
+use scene::{Scene, Track};
 use solve::Solved;
 use start::start;
 use view::View;
@@ -121,96 +120,101 @@ struct Pass {
     strange: u32,
 }
 
+/// A target, and room for a step: one for all steps, because it is large.
+struct Steps<'a> {
+    edges: &'a Edges<'a>,
+    pool: &'a Pool<'a>,
+    origin: &'a Origin,
+    /// There may be a code around it.
+    ringed: bool,
+    /// Semi-major axis of the outermost outline, px.
+    size: f32,
+    pass: &'a mut Pass,
+    solved: &'a mut Solved,
+}
+
 /// The fitted ellipses of all `edges`, with the light. `None` where the target is not seen whole, or not like the model.
 /// `ringed` tells that there may be a code around it.
+#[inline(never)]
 pub(super) fn joint(
     edges: &Edges<'_>,
     pool: &Pool<'_>,
     origin: &Origin,
     ringed: bool,
-) -> Option<(FittedList, Light)> {
+    circles: &mut FittedList,
+) -> Option<Light> {
     if edges.edges.iter().any(|edge| edge.partial || edge.cut) {
         return None;
     }
     let (dark, bright, blur) = start(edges, pool)?;
-    let outline = |edge: &Edge| {
-        Outline::new(origin.undistorted_shape(&edge.shape)?, if edge.dark_inside { -1.0 } else { 1.0 })
-    };
-    let outlines: Vec<_, MAX_CIRCLES> = list(edges.edges.iter().map_while(outline));
-    if outlines.len() < edges.edges.len() {
-        return None;
+    let mut outlines = Vec::new();
+    for edge in edges.edges {
+        let shape = origin.undistorted_shape(&edge.shape)?;
+        outlines.push(Outline::new(shape, if edge.dark_inside { -1.0 } else { 1.0 })?).ok()?;
     }
     let mut model = Model { outlines, dark, bright, gx: 0.0, gy: 0.0, blur };
     let size = edges.edges.first()?.shape.semi_axes().0;
-    let noise = settle_few(&mut model, edges, pool, (origin, ringed))?;
+    let (mut pass, mut solved) = (Pass::new(), Solved::new());
+    let mut steps = Steps { edges, pool, origin, ringed, size, pass: &mut pass, solved: &mut solved };
+    let noise = steps.settle_few(&mut model)?;
     for _ in 0..STEPS {
         let contrast = model.contrast();
         let scene = Scene::new(&model, size, noise, ringed);
+        let overlapping = scene.overlapping;
         // The model is less exact where edges blur into each other.
-        let uneven = limits::UNEVEN * if scene.overlapping { 1.0 } else { 0.5 };
+        let uneven = limits::UNEVEN * if overlapping { 1.0 } else { 0.5 };
         let room = (limits::UNEVEN * contrast, uneven * contrast);
         let gate = Gate::new(false, limits::MISFIT * contrast + SIGMAS * noise, room, noise);
-        let pass = pass(&scene, edges, pool, origin, &gate)?;
-        let solved = pass.arrow.solve(&scene, size)?;
-        let settled = if scene.overlapping { SETTLED_OVERLAPPING } else { SETTLED };
-        let moved = model.take(&solved.step(), size)?;
-        if moved < settled {
+        let step = steps.next(&scene, &gate)?;
+        let moved = model.take(&step, size)?;
+        if moved < if overlapping { SETTLED_OVERLAPPING } else { SETTLED } {
             check_contrast(model.contrast()).ok()?;
-            return pass.is_clean().then(|| result(&model, &pass, &solved))?;
+            return if steps.pass.is_clean() { result(&model, &steps, circles) } else { None };
         }
     }
     None
 }
 
-/// Steps with few crossings, until they settle. Gives the noise of a sample.
-#[inline(never)]
-fn settle_few(
-    model: &mut Model,
-    edges: &Edges<'_>,
-    pool: &Pool<'_>,
-    (origin, ringed): (&Origin, bool),
-) -> Option<f32> {
-    let size = edges.edges.first()?.shape.semi_axes().0;
-    let mut misfit = FOREIGN * model.contrast();
-    for step in 0..FEW_STEPS {
-        let gate = Gate::new(true, misfit, (misfit, f32::INFINITY), 0.0);
-        let scene = Scene::new(model, size, ROUNDING, ringed);
-        let solved = pass(&scene, edges, pool, origin, &gate)?.arrow.solve(&scene, size)?;
-        let taken = solved.step();
-        let moved = model.take(&taken, size)?;
-        let noise = math::sqrt(solved.variance).max(ROUNDING);
-        // The first step finds the light; what fits it badly is not known before.
-        let known =
-            step > 0 || noise < QUIET * model.contrast() && taken.shared.iter().last()?.abs() < SETTLED_BLUR;
-        if known && moved < SETTLED_FEW {
-            return Some(noise);
+impl Steps<'_> {
+    /// Steps with few crossings, until they settle. Gives the noise of a sample.
+    fn settle_few(&mut self, model: &mut Model) -> Option<f32> {
+        let mut misfit = FOREIGN * model.contrast();
+        for step in 0..FEW_STEPS {
+            let gate = Gate::new(true, misfit, (misfit, f32::INFINITY), 0.0);
+            let taken = self.next(&Scene::new(model, self.size, ROUNDING, self.ringed), &gate)?;
+            let moved = model.take(&taken, self.size)?;
+            let noise = math::sqrt(self.solved.variance).max(ROUNDING);
+            // The first step finds the light; what fits it badly is not known before.
+            let known = step > 0
+                || noise < QUIET * model.contrast() && taken.shared.iter().last()?.abs() < SETTLED_BLUR;
+            if known && moved < SETTLED_FEW {
+                return Some(noise);
+            }
+            misfit = (FOREIGN_FEW * model.contrast() + SIGMAS * noise).min(0.5 * FOREIGN * model.contrast());
         }
-        misfit = (FOREIGN_FEW * model.contrast() + SIGMAS * noise).min(0.5 * FOREIGN * model.contrast());
+        None
     }
-    None
-}
 
-/// A pass over the crossings. `None` if an outline is no ellipse.
-fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, gate: &Gate) -> Option<Pass> {
-    let mut pass = Pass {
-        arrow: Arrow::new(),
-        seen: Vec::new(),
-        used: 0,
-        spoiled: 0,
-        uneven: 0,
-        clipped: 0,
-        far: 0,
-        strange: 0,
-    };
-    for (k, edge) in edges.edges.iter().enumerate() {
-        let track = scene.track(k)?;
+    /// A step. `None` if an outline is no ellipse.
+    #[inline(never)]
+    fn next(&mut self, scene: &Scene<'_>, gate: &Gate) -> Option<Step> {
+        self.pass.clear();
+        for (k, edge) in self.edges.edges.iter().enumerate() {
+            self.add_edge(scene, &scene.track(k)?, edge, gate);
+        }
+        self.pass.arrow.solve(scene, self.size, self.solved)?;
+        Some(self.solved.step())
+    }
+
+    fn add_edge(&mut self, scene: &Scene<'_>, track: &Track<'_>, edge: &Edge, gate: &Gate) {
+        let pass = &mut *self.pass;
         pass.arrow.next();
         let mut seen = Sectors(0);
         let mut light = [(0, 0u16); PARTS];
         let mut parts = [Part::default(); PARTS];
         let stride = if gate.few { edge.stride() } else { 1 };
-        for crossing in pool.iter(edge.crossings).step_by(stride) {
-            let Some(view) = View::new(scene, &track, crossing, origin) else { continue };
+        for crossing in self.pool.iter(edge.crossings).step_by(stride) {
+            let Some(view) = View::new(scene, track, crossing, self.origin) else { continue };
             let sector = sector(view.direction());
             seen.0 |= 1 << sector;
             let part = sector as usize / SECTORS_OF_PART;
@@ -231,10 +235,28 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
         pass.uneven += light.iter().filter(|(sum, count)| gate.is_uneven(*sum, *count)).count() as u32;
         let _ = pass.seen.push(seen.closed(track.own.outline.minor));
     }
-    Some(pass)
 }
 
 impl Pass {
+    fn new() -> Self {
+        Self {
+            arrow: Arrow::new(),
+            seen: Vec::new(),
+            used: 0,
+            spoiled: 0,
+            uneven: 0,
+            clipped: 0,
+            far: 0,
+            strange: 0,
+        }
+    }
+
+    fn clear(&mut self) {
+        self.arrow.clear();
+        self.seen.clear();
+        [self.used, self.spoiled, self.uneven, self.clipped, self.far, self.strange] = [0; 6];
+    }
+
     #[inline]
     fn add_far(&mut self, view: &View<'_>, gate: &Gate) {
         let clipped = view.far(|far| {
@@ -258,8 +280,9 @@ impl Pass {
     }
 }
 
-fn result(model: &Model, pass: &Pass, solved: &Solved) -> Option<(FittedList, Light)> {
-    let mut circles = FittedList::new();
+#[inline(never)]
+fn result(model: &Model, steps: &Steps<'_>, circles: &mut FittedList) -> Option<Light> {
+    let Steps { pass, solved, .. } = steps;
     for (k, outline) in model.outlines.iter().enumerate() {
         let (points, scatter, seen) = (solved.points(k)?, solved.scatter(k)?, pass.seen.get(k)?);
         if scatter > MAX_SCATTER * solved.variance {
@@ -293,13 +316,12 @@ fn result(model: &Model, pass: &Pass, solved: &Solved) -> Option<(FittedList, Li
     let plane = solved.spread(0)?.shared.map(|row| row.map(|entry| entry * solved.variance));
     let plane = frame.covariance(&plane);
     let (contrast, noise) = (model.contrast(), math::sqrt(solved.variance));
-    let light = Light {
+    Some(Light {
         contrast,
         noise,
         blur: model.blur,
         clipped: pass.clipped > pass.used / 5,
         plane: 0.5 * (plane.xx + plane.yy),
         edge_variance: Light::edge_variance(contrast, noise, model.blur),
-    };
-    Some((circles, light))
+    })
 }

@@ -12,8 +12,9 @@ const CLEAR: f32 = 2.5;
 /// How far the near samples and the far stretches of a crossing reach from an edge, px, with room for its place.
 const NEAR: f32 = 3.0;
 const FAR: f32 = 19.5;
-/// Radius of curvature at the ends of the major axis below which a parabola is not good enough for the samples of an edge, px.
-const TIGHT: f32 = 3.0;
+/// Radius of curvature at the ends of the major axis below which a series is not good enough for the samples of an edge, px, and
+/// standard deviations of the blur.
+const TIGHT: (f32, f32) = (3.0, 4.0);
 /// How far beyond the target, px, and how many times its size the unit of places is.
 const UNIT: (f32, f32) = (16.0, 2.0);
 
@@ -104,6 +105,12 @@ impl<'m> Scene<'m> {
         (at.max(-self.farthest).min(self.farthest) * self.by_unit) >> 14
     }
 
+    /// Whether a series is not good enough for the samples of an edge.
+    fn is_bent(&self, outline: &Outline) -> bool {
+        let (a, b) = outline.shape.semi_axes();
+        b * b < a * TIGHT.0.max(TIGHT.1 * self.model.blur)
+    }
+
     /// Outline `k` as crossings see it. `None` if there is no such ellipse.
     pub fn track(&self, k: usize) -> Option<Track<'_>> {
         let outline = self.outline(Some(k))?;
@@ -115,15 +122,15 @@ impl<'m> Scene<'m> {
         let clear = CLEAR * self.model.blur;
         let room = [
             match far[0] {
-                Some(outer) if is_bent(outer) => Room::Distant,
+                Some(outer) if self.is_bent(outer) => Room::Distant,
                 Some(outer) => Room::Within(Border::both(&outer.shape, -clear)),
                 None if self.ringed => Room::None,
                 None => Room::All,
             },
             match far[1] {
-                Some(inner) if is_bent(inner) => Room::Distant,
+                Some(inner) if self.is_bent(inner) => Room::Distant,
                 Some(inner) => Room::Around(Border::both(&inner.shape, clear)),
-                None if is_bent(outline) => Room::Distant,
+                None if self.is_bent(outline) => Room::Distant,
                 None => Room::Within(Border::both(&outline.shape, -clear)),
             },
         ];
@@ -133,7 +140,7 @@ impl<'m> Scene<'m> {
         };
         Some(Track {
             own: Seen::new(outline)?,
-            bent: is_bent(outline),
+            bent: self.is_bent(outline),
             near: if dark_inside { near } else { [near[1], near[0]] },
             beside: [beside(0)?, beside(1)?],
             dark_inside,
@@ -145,12 +152,6 @@ impl<'m> Scene<'m> {
 /// Whether an edge so many standard deviations of the blur away leaves a level as it is.
 pub(super) fn is_clear(deviations: i32) -> bool {
     deviations.abs() > (CLEAR * PX as f32) as i32
-}
-
-/// Whether a parabola is not good enough for the samples of an edge.
-fn is_bent(outline: &Outline) -> bool {
-    let (a, b) = outline.shape.semi_axes();
-    b * b < TIGHT * a
 }
 
 /// The outline `next` to `k`, if the other side of the area between them is nearer than `reach` px and the blur.
@@ -194,7 +195,7 @@ impl<'m> Seen<'m> {
 /// An outline as crossings see it.
 pub(super) struct Track<'m> {
     pub own: Seen<'m>,
-    /// It bends too much for a parabola.
+    /// It bends too much for a series.
     pub bent: bool,
     /// Whether the outlines beside it have a part in its samples: on the light side and on the dark side.
     pub near: [bool; 2],

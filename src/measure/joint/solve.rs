@@ -76,10 +76,11 @@ impl Arrow {
     }
 
     /// `None` where the crossings do not determine the unknowns.
-    pub fn solve(&self, scene: &Scene<'_>, size: f32) -> Option<Solved> {
+    pub fn solve(&self, scene: &Scene<'_>, size: f32, solved: &mut Solved) -> Option<()> {
         let (mut rest, all_right) = self.shared_equations(scene, size);
         let mut right = all_right;
-        let mut parts = Vec::<Part, MAX_CIRCLES>::new();
+        let parts = &mut solved.parts;
+        parts.clear();
         for (k, block) in self.blocks.iter().enumerate() {
             let equations = block.equations(scene, k, size)?;
             let factor = Factor::new(&equations.m)?;
@@ -101,7 +102,7 @@ impl Arrow {
         let factor = Factor::new(&rest)?;
         let shared = factor.solve(right);
         let mut gain = dot(&shared, &all_right);
-        for part in &mut parts {
+        for part in parts {
             for j in 0..SHARED {
                 for k in 0..OWN {
                     part.own[k] -= part.by_shared[j][k] * shared[j];
@@ -113,7 +114,8 @@ impl Arrow {
         }
         let free = (self.samples - (OWN * self.blocks.len() + SHARED) as i32).max(1);
         let variance = (self.squares as f32 / SQUARE_ONE - gain).max(0.0) / free as f32;
-        Some(Solved { parts, shared, variance, factor })
+        (solved.shared, solved.variance, solved.factor) = (shared, variance, Some(factor));
+        Some(())
     }
 
     /// The whole system, blocks first.
@@ -171,10 +173,15 @@ pub(super) struct Solved {
     shared: [f32; SHARED],
     /// Variance of a sample after the step.
     pub variance: f32,
-    factor: Factor<SHARED>,
+    factor: Option<Factor<SHARED>>,
 }
 
 impl Solved {
+    /// None yet.
+    pub fn new() -> Self {
+        Self { parts: Vec::new(), shared: [0.0; SHARED], variance: 0.0, factor: None }
+    }
+
     pub fn step(&self) -> Step {
         Step { own: list(self.parts.iter().map(|part| part.own)), shared: self.shared }
     }
@@ -196,11 +203,11 @@ impl Solved {
 
     /// Covariances of outline `k` for a unit variance of the samples.
     pub fn spread(&self, k: usize) -> Option<Spread> {
-        let part = self.parts.get(k)?;
+        let (part, factor) = (self.parts.get(k)?, self.factor.as_ref()?);
         let mut spread = Spread { own: [[0.0; 4]; 4], shared: [[0.0; 4]; 4] };
         for (i, (term, scale)) in CENTRE_TERMS.into_iter().enumerate() {
             let own = part.factor.solve(core::array::from_fn(|i| if i == term { scale } else { 0.0 }));
-            let moved = self.factor.solve(part.by_shared.map(|terms| scale * entry(&terms, term)));
+            let moved = factor.solve(part.by_shared.map(|terms| scale * entry(&terms, term)));
             for (j, (other, scale)) in CENTRE_TERMS.into_iter().enumerate() {
                 let shared = part
                     .by_shared

@@ -5,6 +5,7 @@ use super::exact::{Axes, Passage, Place, distance};
 use super::fixed::{BEND, ONE, PX, sector, unit};
 use super::line::{Border, Line};
 use super::scene::Scene;
+use super::solve::Solved;
 use super::view::View;
 use crate::appearance::{Model, OWN, Outline, SHARED, Step};
 use crate::edge::normal;
@@ -142,7 +143,8 @@ fn blocks_give_the_solution_of_the_whole() {
     let (m, right) = arrow.whole::<15>(&scene, SIZE);
     let factor = Factor::new(&m).unwrap();
     let want = factor.solve(right);
-    let solved = arrow.solve(&scene, SIZE).unwrap();
+    let mut solved = Solved::new();
+    arrow.solve(&scene, SIZE, &mut solved).unwrap();
     assert!((0..2).all(|k| solved.points(k).unwrap() > 40));
     let step = solved.step();
     let got = step.own.iter().flatten().chain(&step.shared);
