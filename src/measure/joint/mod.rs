@@ -26,7 +26,7 @@ use super::sectors::Sectors;
 use super::{Light, check_contrast};
 use crate::appearance::{Model, Outline};
 use crate::edge::{Edge, Edges};
-use crate::fit::Adjusted;
+use crate::fit::{Adjusted, Spread};
 use crate::list::list;
 use crate::math;
 use crate::scan::Pool;
@@ -38,7 +38,7 @@ use heapless::Vec;
 use scene::Scene;
 use solve::Solved;
 use start::start;
-use view::View;
+use view::{Samples, View};
 
 /// Most steps with few crossings, and with all.
 const FEW_STEPS: usize = 5;
@@ -68,6 +68,8 @@ const SPOILED: u32 = 1;
 const CHANCE: f32 = 2.5;
 /// Scatter of the edge points in units of what the noise explains, above which they are disturbed.
 const MAX_SCATTER: f32 = 3.0;
+/// Room for chance in the noise that neighbouring samples tell.
+const CALM_ROOM: f32 = 1.25;
 /// Least noise of a sample, grey levels: that of rounding.
 const ROUNDING: f32 = 0.29;
 
@@ -115,6 +117,8 @@ struct Pass {
     /// Far stretches that tell the levels, and those of another level.
     far: u32,
     strange: u32,
+    /// Differences of neighbouring samples beside the edges, grey levels: from few crossings only.
+    calm: Spread,
 }
 
 /// The fitted ellipses of all `edges`, with the light. `None` where the target is not seen whole, or not like the model.
@@ -138,14 +142,14 @@ pub(super) fn joint(
     }
     let mut model = Model { outlines, dark, bright, gx: 0.0, gy: 0.0, blur };
     let size = edges.edges.first()?.shape.semi_axes().0;
-    let noise = settle_few(&mut model, edges, pool, (origin, ringed))?;
+    let (noise, calm) = settle_few(&mut model, edges, pool, (origin, ringed))?;
     for _ in 0..STEPS {
         let contrast = model.contrast();
         let scene = Scene::new(&model, size, noise, ringed);
         // The model is less exact where edges blur into each other.
         let uneven = limits::UNEVEN * if scene.overlapping { 1.0 } else { 0.5 };
         let room = (limits::UNEVEN * contrast, uneven * contrast);
-        let gate = Gate::new(false, limits::MISFIT * contrast + SIGMAS * noise, room, noise);
+        let gate = Gate::new(false, limits::MISFIT * contrast + SIGMAS * noise, room, calm);
         let pass = pass(&scene, edges, pool, origin, &gate)?;
         let solved = pass.arrow.solve(&scene, size)?;
         let settled = if scene.overlapping { SETTLED_OVERLAPPING } else { SETTLED };
@@ -158,24 +162,27 @@ pub(super) fn joint(
     None
 }
 
-/// Steps with few crossings, until they settle. Gives the noise of a sample.
+/// Steps with few crossings, until they settle. Gives the noise of a sample, and the same as neighbouring samples tell it: what
+/// disturbs the light has little part in that.
 fn settle_few(
     model: &mut Model,
     edges: &Edges<'_>,
     pool: &Pool<'_>,
     (origin, ringed): (&Origin, bool),
-) -> Option<f32> {
+) -> Option<(f32, f32)> {
     let size = edges.edges.first()?.shape.semi_axes().0;
     let mut misfit = FOREIGN * model.contrast();
     for step in 0..FEW_STEPS {
         let gate = Gate::new(true, misfit, (misfit, f32::INFINITY), 0.0);
         let scene = Scene::new(model, size, ROUNDING, ringed);
-        let solved = pass(&scene, edges, pool, origin, &gate)?.arrow.solve(&scene, size)?;
+        let pass = pass(&scene, edges, pool, origin, &gate)?;
+        let solved = pass.arrow.solve(&scene, size)?;
         let moved = model.take(&solved.step(), size)?;
         let noise = math::sqrt(solved.variance).max(ROUNDING);
         // The first step finds the light; what fits it badly is not known before.
         if step > 0 && moved < SETTLED_FEW {
-            return Some(noise);
+            let calm = (CALM_ROOM * pass.calm.sigma()).max(ROUNDING);
+            return Some((noise, noise.min(calm)));
         }
         misfit = (FOREIGN_FEW * model.contrast() + SIGMAS * noise).min(0.5 * FOREIGN * model.contrast());
     }
@@ -193,6 +200,7 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
         clipped: 0,
         far: 0,
         strange: 0,
+        calm: Spread::default(),
     };
     for (k, edge) in edges.edges.iter().enumerate() {
         let track = scene.track(k)?;
@@ -212,6 +220,9 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
                 continue;
             }
             pass.used += 1;
+            if gate.few {
+                pass.add_calm(&samples);
+            }
             if let (Some((sum, count)), Some(part)) = (light.get_mut(part), parts.get_mut(part)) {
                 *sum += samples.excess;
                 *count += 1;
@@ -227,6 +238,13 @@ fn pass(scene: &Scene<'_>, edges: &Edges<'_>, pool: &Pool<'_>, origin: &Origin, 
 }
 
 impl Pass {
+    fn add_calm(&mut self, samples: &Samples) {
+        for difference in samples.differences() {
+            let difference = difference as f32 / GREY as f32;
+            self.calm.add(0.5 * difference * difference);
+        }
+    }
+
     #[inline]
     fn add_far(&mut self, view: &View<'_>, gate: &Gate) {
         let clipped = view.far(|far| {
