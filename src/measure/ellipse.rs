@@ -1,7 +1,7 @@
 //! One edge: its edge points to an ellipse.
 
 use super::origin::Origin;
-use super::sectors::{PARTS, SectorLight, SectorSums, Sectors};
+use super::sectors::{PARTS, PLACES, SectorLight, SectorSums, Sectors};
 use crate::arcs;
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Spread, Sums};
@@ -15,6 +15,8 @@ use heapless::Vec;
 /// Most steps of a fit; an undamaged ellipse needs one or two.
 pub(super) const PASSES: usize = 6;
 
+/// How far light beside an edge moves that, in units of the blur for light of the whole contrast: 1 / density(0).
+const LIGHT_MOVES: f32 = 2.507;
 /// Residual, px, that noise of the whole contrast explains: that of four samples under a blur of 1 px, with room.
 pub(super) const EXPLAINED: f32 = 2.2;
 /// Edge points of a whole circle for each px of its radius: one for each row or column that it passes less steeply than the other.
@@ -58,6 +60,8 @@ pub(super) struct Source<'a, 'p> {
     pub origin: &'a Origin,
     /// Noise of their samples in units of the contrast; infinite where they are not placed yet.
     pub noise: f32,
+    /// Blur of the edges, px.
+    pub blur: f32,
 }
 
 impl<'a, 'p> Source<'a, 'p> {
@@ -67,6 +71,13 @@ impl<'a, 'p> Source<'a, 'p> {
         self.all(k).filter(move |crossing| {
             crossing.edge_point().is_some_and(|point| f32::from(point.misfit) <= tolerance)
         })
+    }
+
+    /// What the light beside an edge, of which this is the variance, adds to the variance of an ellipse through so many points: in
+    /// units of what their residuals tell. It moves the points of a place all together.
+    pub fn by_light(&self, light: f32, points: u16, rms: f32) -> f32 {
+        let moved = LIGHT_MOVES * self.blur;
+        f32::from(points) / PLACES as f32 * moved * moved * light / (rms * rms).max(f32::MIN_POSITIVE)
     }
 
     fn all(&self, k: usize) -> impl Iterator<Item = &'a Crossing> + Clone + use<'a, 'p> {
@@ -97,7 +108,8 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
     let points = || source.points(k);
     let start = start(edge, places, origin)?;
     let minor = start.semi_axes().1;
-    let even = even_sectors(&start, source.crossings(k), origin, noise).ok_or(Reject::NotElliptic)?;
+    let (even, light) =
+        even_sectors(&start, source.crossings(k), origin, noise).ok_or(Reject::NotElliptic)?;
     let mut gate = Gate { limit: f32::INFINITY, sectors: even.0, even };
     let mut step = adjust(start, points(), &gate)?;
     for _ in 1..PASSES {
@@ -115,7 +127,7 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
     // What the noise explains is independent.
     let explained = adjusted.rms <= EXPLAINED * noise;
     let factor = if explained { 1.0 } else { excess(&adjusted, points(), &gate) };
-    let adjusted = adjusted.with_variance(factor);
+    let adjusted = adjusted.with_variance(factor + source.by_light(light, adjusted.points, adjusted.rms));
     let Edge { dark_inside, partial, cut, .. } = *edge;
     Ok(Fitted { adjusted, edge: k, dark_inside, partial, cut, gap, ratio: 1.0, measured_ratio: 1.0 })
 }
@@ -191,15 +203,13 @@ pub(super) fn even_sectors<'c>(
     crossings: impl Iterator<Item = &'c Crossing> + Clone,
     origin: &Origin,
     noise: f32,
-) -> Option<Sectors> {
+) -> Option<(Sectors, f32)> {
     // Where nothing disturbs the light there is nothing to sort out.
     let limit = 256.0 * (limits::UNEVEN + 3.0 * noise);
     let uneven = |crossing: &Crossing| {
         crossing.edge_point().is_some_and(|point| f32::from(point.excess).abs() > limit)
     };
-    if !crossings.clone().any(uneven) {
-        return Some(Sectors(u128::MAX));
-    }
+    let disturbed = crossings.clone().any(uneven);
     let adjustment = Adjustment::new(*shape)?;
     let mut light = SectorLight::new(shape.semi_axes().1);
     for crossing in crossings {
@@ -209,7 +219,8 @@ pub(super) fn even_sectors<'c>(
             light.add(view.u, view.v, point.excess);
         }
     }
-    Some(light.even(noise))
+    let even = if disturbed { light.even(noise) } else { Sectors(u128::MAX) };
+    Some((even, light.variance(even, noise)))
 }
 
 /// Which points are used.

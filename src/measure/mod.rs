@@ -69,7 +69,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     // What disturbs one edge does not disturb all.
     let noise = (0..edges.edges.len())
         .fold(f32::INFINITY, |least, k| least.min(edge::place(&edges, k, pool, &levels, blur)));
-    let source = Source { edges: edges.edges, pool, origin: &about, noise };
+    let source = Source { edges: edges.edges, pool, origin: &about, noise, blur };
     let circles = choose(&fit_all(&source)?, settings, width)?;
     let light = Light::new(&levels, blur, circles.first());
     let found = if circles.iter().any(Fitted::is_occluded) {

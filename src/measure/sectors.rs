@@ -84,6 +84,9 @@ const POINTS: usize = 3;
 /// taken its part.
 const FITTED: f32 = 0.7;
 
+/// Sectors that are looked at together.
+const COARSER: [usize; 3] = [1, 2, 4];
+
 /// Residuals by sector.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SectorSums {
@@ -112,21 +115,35 @@ impl SectorSums {
         }
     }
 
-    /// Mean square of the sums in units of that of independent residuals, less its scatter; at least 1.
+    /// Mean square of the sums in units of that of independent residuals, less its scatter; at least 1. That of the sectors, or of
+    /// pairs or fours of them if it is larger there.
     pub fn excess(&self) -> f32 {
-        let (mut total, mut filled) = (0.0, 0.0);
-        for &(sum, count) in self.sums.iter().filter(|(_, count)| *count > 0) {
-            total += sum * sum / f32::from(count);
-            filled += 1.0;
-        }
         let variance = self.squares / f32::from(self.count.max(1));
-        // Also takes NaN, where there are no residuals.
-        if variance > 0.0 { (total / (filled * variance) - FITTED).max(1.0) } else { 1.0 }
+        // Also where there are no residuals.
+        if !(variance > 0.0) {
+            return 1.0;
+        }
+        COARSER.into_iter().fold(1.0, |most: f32, width| {
+            let (mut total, mut filled) = (0.0, 0.0);
+            for sectors in self.sums.chunks(width) {
+                let (sum, count) = sectors
+                    .iter()
+                    .fold((0.0, 0), |(sum, count), &(more, points)| (sum + more, count + points));
+                if count > 0 {
+                    total += sum * sum / f32::from(count);
+                    filled += 1.0;
+                }
+            }
+            most.max(total / (filled * variance) - FITTED)
+        })
     }
 }
 
 /// Shortest sector in which the light is measured, px: each has two crossings or more of a whole outline.
 const SHORTEST: f32 = 2.9;
+
+/// Places around a circle at which the light is one by itself.
+pub(super) const PLACES: usize = 8;
 
 /// Light beside the edge by sector: 16 to 128 sectors of about 3 to 6 px.
 #[derive(Clone, Copy, Debug)]
@@ -150,6 +167,32 @@ impl SectorLight {
             *sum = sum.saturating_add(i16::from(excess));
             *count = count.saturating_add(1);
         }
+    }
+
+    /// Variance of the light from place to place around the circle, each an eighth of a turn, in these sectors: without what the
+    /// noise gives, in units of the contrast.
+    pub fn variance(&self, sectors: Sectors, noise: f32) -> f32 {
+        let mut places = [(0.0f32, 0.0f32); PLACES];
+        let each = SECTORS / self.count.max(1);
+        for (i, &(sum, count)) in (0..self.count).zip(&self.sums) {
+            if sectors.0 >> (i * each) & 1 != 0
+                && let Some((all, points)) = places.get_mut((i * PLACES as u32 / self.count.max(1)) as usize)
+            {
+                *all += f32::from(sum) / 256.0;
+                *points += f32::from(count);
+            }
+        }
+        let (sum, points, squares, filled) = places.iter().filter(|(_, points)| *points > 0.0).fold(
+            (0.0, 0.0, 0.0, 0.0),
+            |(sum, points, squares, filled), &(more, count)| {
+                (sum + more, points + count, squares + more * more / count, filled + 1.0)
+            },
+        );
+        if filled < 2.0 {
+            return 0.0;
+        }
+        let chance = 0.5 * noise * noise * (filled - 1.0 + 2.0 * math::sqrt(2.0 * filled));
+        ((squares - sum * sum / points - chance) / points).max(0.0)
     }
 
     /// The sectors whose mean is that of most, and that hardly other than none, for noise in units of the contrast.

@@ -43,17 +43,17 @@ impl Together {
 /// itself, and a short one to what cuts it as well.
 #[inline(never)]
 pub(super) fn rough(edges: &mut [Edge], pool: &Pool<'_>, origin: &Origin) {
-    let source = Source { edges, pool, origin, noise: f32::INFINITY };
+    let source = Source { edges, pool, origin, noise: f32::INFINITY, blur: 0.0 };
     let most = edges.iter().enumerate().max_by_key(|(_, edge)| edge.crossings.len());
     let Some((reference, shape)) = most.map(|(k, edge)| (k, edge.shape)) else { return };
     let Some(family) = Concentric::new(shape, (shape.cx, shape.cy)) else { return };
     let mut fit = Fit { source: &source, family, arcs: Vec::new(), limit: f32::INFINITY };
-    fit.add(reference, 1.0, Sectors(u128::MAX));
+    fit.add(reference, 1.0, (Sectors(u128::MAX), 0.0));
     for (k, _) in edges.iter().enumerate().filter(|(k, edge)| edge.partial && *k != reference) {
         let (sum, count) = source.points(k).fold((0.0, 0.0), |(sum, count), (x, y)| {
             (sum + math::sqrt(shape.square(x - shape.cx, y - shape.cy)), count + 1.0)
         });
-        fit.add(k, sum / count, Sectors(u128::MAX));
+        fit.add(k, sum / count, (Sectors(u128::MAX), 0.0));
     }
     if fit.settle(false).is_none() {
         return;
@@ -76,7 +76,7 @@ pub(super) fn together(
     let mut fit = Fit::new(circles, source).ok_or(Reject::NotConcentric)?;
     let step = fit.settle(given).ok_or(Reject::NotConcentric)?;
     let explained = step.rms <= EXPLAINED * source.noise;
-    let factor = if explained { 1.0 } else { fit.excess() };
+    let factor = if explained { 1.0 } else { fit.excess() } + fit.by_light(step.rms);
     let (mut all, mut separate) = (FittedList::new(), FittedList::new());
     for (circle, arcs) in circles.iter().zip(&fit.arcs) {
         let mut circle = Fitted { ratio: arcs.ratio, ..*circle };
@@ -113,6 +113,8 @@ struct Arcs {
     /// Sectors in which the light is even, and those of which the points are used.
     even: Sectors,
     used: Sectors,
+    /// Variance of the light in the even ones, in units of the contrast.
+    light: f32,
     /// Sectors in which there are points within the limit, and such of the edge even if the ellipse was off.
     seen: Sectors,
     near: Sectors,
@@ -146,11 +148,12 @@ impl<'a, 'p> Fit<'a, 'p> {
         Some(fit)
     }
 
-    fn add(&mut self, edge: usize, ratio: f32, even: Sectors) {
+    fn add(&mut self, edge: usize, ratio: f32, (even, light): (Sectors, f32)) {
         let minor = ratio * self.family.outer.semi_axes().1;
         let none = Sectors(0);
         let (used, seen, near) = (even, none, none);
-        let arcs = Arcs { edge, ratio, size: 0.0, minor, even, used, seen, near, points: 0, squares: 0.0 };
+        let arcs =
+            Arcs { edge, ratio, size: 0.0, minor, even, light, used, seen, near, points: 0, squares: 0.0 };
         let _ = self.arcs.push(arcs);
     }
 
@@ -220,6 +223,13 @@ impl<'a, 'p> Fit<'a, 'p> {
             arcs.squares *= f32::from(arcs.points) / f32::from(used.max(1));
         }
         Some((adjustment.finish(&self.family)?, farthest, spread.sigma()))
+    }
+
+    /// Most that the light beside the arcs adds to the covariance, in its units.
+    fn by_light(&self, rms: f32) -> f32 {
+        self.arcs
+            .iter()
+            .fold(0.0, |most: f32, arcs| most.max(self.source.by_light(arcs.light, arcs.points, rms)))
     }
 
     /// Largest factor on the covariance because the residuals of a circle are not independent.
