@@ -1,7 +1,7 @@
 //! One edge: its edge points to an ellipse.
 
 use super::origin::Origin;
-use super::sectors::{PARTS, PLACES, SectorLight, SectorSums, Sectors};
+use super::sectors::{PARTS, PLACES, SectorLight, Sectors};
 use crate::arcs;
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Spread, Sums};
@@ -60,6 +60,8 @@ pub(super) struct Source<'a, 'p> {
     pub origin: &'a Origin,
     /// Noise of their samples in units of the contrast; infinite where they are not placed yet.
     pub noise: f32,
+    /// The same without what disturbs the samples, as far as that is known.
+    pub calm: f32,
     /// Blur of the edges, px.
     pub blur: f32,
 }
@@ -73,11 +75,13 @@ impl<'a, 'p> Source<'a, 'p> {
         })
     }
 
-    /// What the light beside an edge, of which this is the variance, adds to the variance of an ellipse through so many points: in
-    /// units of what their residuals tell. It moves the points of a place all together.
-    pub fn by_light(&self, light: f32, points: u16, rms: f32) -> f32 {
-        let moved = LIGHT_MOVES * self.blur;
-        f32::from(points) / PLACES as f32 * moved * moved * light / (rms * rms).max(f32::MIN_POSITIVE)
+    /// Factor on the covariance of an ellipse through so many points because their residuals are not independent. What the noise does
+    /// not explain moves the points of a place all together, and so does the light beside the edge, of which `light` is the variance.
+    pub fn excess(&self, points: u16, rms: f32, light: f32) -> f32 {
+        let square = (rms * rms).max(f32::MIN_POSITIVE);
+        let (explained, moved) = (EXPLAINED * self.calm, LIGHT_MOVES * self.blur);
+        let unexplained = (1.0 - explained * explained / square).max(0.0);
+        1.0 + f32::from(points) / PLACES as f32 * (unexplained + moved * moved * light / square)
     }
 
     fn all(&self, k: usize) -> impl Iterator<Item = &'a Crossing> + Clone + use<'a, 'p> {
@@ -109,7 +113,7 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
     let start = start(edge, places, origin)?;
     let minor = start.semi_axes().1;
     let (even, light) =
-        even_sectors(&start, source.crossings(k), origin, noise).ok_or(Reject::NotElliptic)?;
+        even_sectors(&start, source.crossings(k), origin, (noise, source.calm)).ok_or(Reject::NotElliptic)?;
     let mut gate = Gate { limit: f32::INFINITY, sectors: even.0, even };
     let mut step = adjust(start, points(), &gate)?;
     for _ in 1..PASSES {
@@ -124,10 +128,7 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
     let Step { adjusted, seen, .. } = step;
     let gap = seen.closed(minor).longest_gap();
     judge(&adjusted, gap, false)?;
-    // What the noise explains is independent.
-    let explained = adjusted.rms <= EXPLAINED * noise;
-    let factor = if explained { 1.0 } else { excess(&adjusted, points(), &gate) };
-    let adjusted = adjusted.with_variance(factor + source.by_light(light, adjusted.points, adjusted.rms));
+    let adjusted = adjusted.with_variance(source.excess(adjusted.points, adjusted.rms, light));
     let Edge { dark_inside, partial, cut, .. } = *edge;
     Ok(Fitted { adjusted, edge: k, dark_inside, partial, cut, gap, ratio: 1.0, measured_ratio: 1.0 })
 }
@@ -202,7 +203,7 @@ pub(super) fn even_sectors<'c>(
     shape: &Shape,
     crossings: impl Iterator<Item = &'c Crossing> + Clone,
     origin: &Origin,
-    noise: f32,
+    (noise, calm): (f32, f32),
 ) -> Option<(Sectors, f32)> {
     // Where nothing disturbs the light there is nothing to sort out.
     let limit = 256.0 * (limits::UNEVEN + 3.0 * noise);
@@ -220,7 +221,7 @@ pub(super) fn even_sectors<'c>(
         }
     }
     let even = if disturbed { light.even(noise) } else { Sectors(u128::MAX) };
-    Some((even, light.variance(even, noise)))
+    Some((even, light.variance(even, calm)))
 }
 
 /// Which points are used.
@@ -272,19 +273,4 @@ fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -
     }
     let adjusted = adjustment.finish().ok_or(Reject::NotElliptic)?;
     Ok(Step { adjusted, seen, near, farthest: math::sqrt(farthest), sigma: spread.sigma() })
-}
-
-/// Factor on the covariance because the residuals are not independent: how much the sums over sectors exceed what they would
-/// be if they were. Points that something displaces lie on one side of the ellipse together.
-fn excess(adjusted: &Adjusted, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -> f32 {
-    let Some(adjustment) = Adjustment::new(adjusted.shape) else { return 1.0 };
-    let mut sums = SectorSums::new(adjusted.points);
-    for (x, y) in points {
-        let point = adjustment.view(x, y);
-        let distance = point.distance();
-        if distance.abs() <= gate.limit && gate.sectors & Sectors::sector(point.u, point.v) != 0 {
-            sums.add(point.u, point.v, distance);
-        }
-    }
-    sums.excess()
 }

@@ -54,14 +54,18 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     let about = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
     let width = scanner.width();
     let covered = edges.iter().any(|edge| edge.partial);
+    let mut calm = f32::INFINITY;
     if covered {
         let plain = Origin::new(origin, None).ok_or(Reject::NotElliptic)?;
         rough(&mut edges, &scanner.pool, &plain);
-    } else if let Some((fitted, light)) =
-        joint(&Edges { edges: &edges, origin }, &scanner.pool, &about, settings.code.is_some())
-    {
-        let circles = choose(&fitted, settings, width)?;
-        return assemble(&circles, settings, &light, &about);
+    } else {
+        match joint(&Edges { edges: &edges, origin }, &scanner.pool, &about, settings.code.is_some()) {
+            Ok((fitted, light)) => {
+                let circles = choose(&fitted, settings, width)?;
+                return assemble(&circles, settings, &light, &about);
+            }
+            Err(noise) => calm = noise,
+        }
     }
     let edges = Edges { edges: &edges, origin };
     let pool = &mut scanner.pool;
@@ -69,7 +73,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     // What disturbs one edge does not disturb all.
     let noise = (0..edges.edges.len())
         .fold(f32::INFINITY, |least, k| least.min(edge::place(&edges, k, pool, &levels, blur)));
-    let source = Source { edges: edges.edges, pool, origin: &about, noise, blur };
+    let source = Source { edges: edges.edges, pool, origin: &about, noise, calm: noise.min(calm), blur };
     let circles = choose(&fit_all(&source)?, settings, width)?;
     let light = Light::new(&levels, blur, circles.first());
     let found = if circles.iter().any(Fitted::is_occluded) {

@@ -4,9 +4,9 @@
 //! ([`Concentric`]) takes most of that away.
 
 use super::combine::{combine, measured_perspective};
-use super::ellipse::{EXPLAINED, Fitted, FittedList, NEAR, PASSES, Source, alone, even_sectors, judge};
+use super::ellipse::{Fitted, FittedList, NEAR, PASSES, Source, alone, even_sectors, judge};
 use super::origin::Origin;
-use super::sectors::{SectorSums, Sectors};
+use super::sectors::Sectors;
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Concentric, ConcentricAdjustment, ConcentricStep, Shape, Spread};
 use crate::list::list;
@@ -43,7 +43,7 @@ impl Together {
 /// itself, and a short one to what cuts it as well.
 #[inline(never)]
 pub(super) fn rough(edges: &mut [Edge], pool: &Pool<'_>, origin: &Origin) {
-    let source = Source { edges, pool, origin, noise: f32::INFINITY, blur: 0.0 };
+    let source = Source { edges, pool, origin, noise: f32::INFINITY, calm: f32::INFINITY, blur: 0.0 };
     let most = edges.iter().enumerate().max_by_key(|(_, edge)| edge.crossings.len());
     let Some((reference, shape)) = most.map(|(k, edge)| (k, edge.shape)) else { return };
     let Some(family) = Concentric::new(shape, (shape.cx, shape.cy)) else { return };
@@ -75,8 +75,7 @@ pub(super) fn together(
 ) -> Result<Together, Reject> {
     let mut fit = Fit::new(circles, source).ok_or(Reject::NotConcentric)?;
     let step = fit.settle(given).ok_or(Reject::NotConcentric)?;
-    let explained = step.rms <= EXPLAINED * source.noise;
-    let factor = if explained { 1.0 } else { fit.excess() } + fit.by_light(step.rms);
+    let factor = fit.excess(step.rms);
     let (mut all, mut separate) = (FittedList::new(), FittedList::new());
     for (circle, arcs) in circles.iter().zip(&fit.arcs) {
         let mut circle = Fitted { ratio: arcs.ratio, ..*circle };
@@ -142,7 +141,8 @@ impl<'a, 'p> Fit<'a, 'p> {
         let mut fit = Self { source, family, arcs: Vec::new(), limit: f32::INFINITY };
         for circle in circles {
             let crossings = source.crossings(circle.edge);
-            let even = even_sectors(&circle.adjusted.shape, crossings, source.origin, source.noise)?;
+            let even =
+                even_sectors(&circle.adjusted.shape, crossings, source.origin, (source.noise, source.calm))?;
             fit.add(circle.edge, circle.ratio, even);
         }
         Some(fit)
@@ -225,27 +225,10 @@ impl<'a, 'p> Fit<'a, 'p> {
         Some((adjustment.finish(&self.family)?, farthest, spread.sigma()))
     }
 
-    /// Most that the light beside the arcs adds to the covariance, in its units.
-    fn by_light(&self, rms: f32) -> f32 {
+    /// Largest factor on the covariance because the residuals of a circle are not independent.
+    fn excess(&self, rms: f32) -> f32 {
         self.arcs
             .iter()
-            .fold(0.0, |most: f32, arcs| most.max(self.source.by_light(arcs.light, arcs.points, rms)))
-    }
-
-    /// Largest factor on the covariance because the residuals of a circle are not independent.
-    fn excess(&self) -> f32 {
-        self.arcs.iter().fold(1.0, |factor: f32, arcs| {
-            let member = self.family.member(arcs.ratio, arcs.size);
-            let mut sums = SectorSums::new(arcs.points);
-            for (x, y) in self.source.points(arcs.edge) {
-                let view = member.view(x, y);
-                let distance = view.distance();
-                let used = arcs.used.0 & Sectors::sector(view.u, view.v) != 0;
-                if distance.abs() <= self.limit && used {
-                    sums.add(view.u, view.v, distance);
-                }
-            }
-            factor.max(sums.excess())
-        })
+            .fold(1.0, |factor: f32, arcs| factor.max(self.source.excess(arcs.points, rms, arcs.light)))
     }
 }

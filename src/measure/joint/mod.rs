@@ -121,35 +121,62 @@ struct Pass {
     calm: Spread,
 }
 
-/// The fitted ellipses of all `edges`, with the light. `None` where the target is not seen whole, or not like the model.
-/// `ringed` tells that there may be a code around it.
+/// The fitted ellipses of all `edges`, with the light. Where the target is not seen whole, or not like the model, the noise of a
+/// sample as neighbouring samples tell it, in units of the contrast; infinite if that is not known either. `ringed` tells that there
+/// may be a code around it.
 pub(super) fn joint(
     edges: &Edges<'_>,
     pool: &Pool<'_>,
     origin: &Origin,
     ringed: bool,
-) -> Option<(FittedList, Light)> {
+) -> Result<(FittedList, Light), f32> {
+    let about = (origin, ringed);
+    let Some((model, noise)) = begin(edges, pool, about) else { return Err(f32::INFINITY) };
+    let calm = noise.calm / model.contrast();
+    settle(model, edges, pool, (about, &noise)).ok_or(calm)
+}
+
+/// Noise of a sample, grey levels.
+struct Noise {
+    /// What the model leaves, ...
+    all: f32,
+    /// ... and what neighbouring samples tell: what disturbs the light has little part in that.
+    calm: f32,
+}
+
+/// The model from few crossings.
+fn begin(edges: &Edges<'_>, pool: &Pool<'_>, about: (&Origin, bool)) -> Option<(Model, Noise)> {
     if edges.edges.iter().any(|edge| edge.partial || edge.cut) {
         return None;
     }
     let (dark, bright, blur) = start(edges, pool)?;
     let outline = |edge: &Edge| {
-        Outline::new(origin.undistorted_shape(&edge.shape)?, if edge.dark_inside { -1.0 } else { 1.0 })
+        Outline::new(about.0.undistorted_shape(&edge.shape)?, if edge.dark_inside { -1.0 } else { 1.0 })
     };
     let outlines: Vec<_, MAX_CIRCLES> = list(edges.edges.iter().map_while(outline));
     if outlines.len() < edges.edges.len() {
         return None;
     }
     let mut model = Model { outlines, dark, bright, gx: 0.0, gy: 0.0, blur };
+    let noise = settle_few(&mut model, edges, pool, about)?;
+    Some((model, noise))
+}
+
+/// Steps with all crossings, until they settle.
+fn settle(
+    mut model: Model,
+    edges: &Edges<'_>,
+    pool: &Pool<'_>,
+    ((origin, ringed), noise): ((&Origin, bool), &Noise),
+) -> Option<(FittedList, Light)> {
     let size = edges.edges.first()?.shape.semi_axes().0;
-    let (noise, calm) = settle_few(&mut model, edges, pool, (origin, ringed))?;
     for _ in 0..STEPS {
         let contrast = model.contrast();
-        let scene = Scene::new(&model, size, noise, ringed);
+        let scene = Scene::new(&model, size, noise.all, ringed);
         // The model is less exact where edges blur into each other.
         let uneven = limits::UNEVEN * if scene.overlapping { 1.0 } else { 0.5 };
         let room = (limits::UNEVEN * contrast, uneven * contrast);
-        let gate = Gate::new(false, limits::MISFIT * contrast + SIGMAS * noise, room, calm);
+        let gate = Gate::new(false, limits::MISFIT * contrast + SIGMAS * noise.all, room, noise.calm);
         let pass = pass(&scene, edges, pool, origin, &gate)?;
         let solved = pass.arrow.solve(&scene, size)?;
         let settled = if scene.overlapping { SETTLED_OVERLAPPING } else { SETTLED };
@@ -162,14 +189,13 @@ pub(super) fn joint(
     None
 }
 
-/// Steps with few crossings, until they settle. Gives the noise of a sample, and the same as neighbouring samples tell it: what
-/// disturbs the light has little part in that.
+/// Steps with few crossings, until they settle.
 fn settle_few(
     model: &mut Model,
     edges: &Edges<'_>,
     pool: &Pool<'_>,
     (origin, ringed): (&Origin, bool),
-) -> Option<(f32, f32)> {
+) -> Option<Noise> {
     let size = edges.edges.first()?.shape.semi_axes().0;
     let mut misfit = FOREIGN * model.contrast();
     for step in 0..FEW_STEPS {
@@ -182,7 +208,7 @@ fn settle_few(
         // The first step finds the light; what fits it badly is not known before.
         if step > 0 && moved < SETTLED_FEW {
             let calm = (CALM_ROOM * pass.calm.sigma()).max(ROUNDING);
-            return Some((noise, noise.min(calm)));
+            return Some(Noise { all: noise, calm: noise.min(calm) });
         }
         misfit = (FOREIGN_FEW * model.contrast() + SIGMAS * noise).min(0.5 * FOREIGN * model.contrast());
     }
