@@ -174,8 +174,8 @@ fn settle(
         let contrast = model.contrast();
         let scene = Scene::new(&model, size, noise.all, ringed);
         // The model is less exact where edges blur into each other.
-        let uneven = limits::UNEVEN * if scene.overlapping { 1.0 } else { 0.5 };
-        let room = (limits::UNEVEN * contrast, uneven * contrast);
+        let uneven = limits::UNEVEN * contrast * if scene.overlapping { 1.0 } else { 0.5 };
+        let room = (2.0 * uneven, uneven);
         let gate = Gate::new(false, limits::MISFIT * contrast + SIGMAS * noise.all, room, noise.calm);
         let pass = pass(&scene, edges, pool, origin, &gate)?;
         let solved = pass.arrow.solve(&scene, size)?;
