@@ -79,17 +79,15 @@ impl<'s> Detector<'s> {
         if !(MIN_SIZE..=MAX_HEIGHT).contains(&height) {
             return Err(FrameError::Height { given: height });
         }
-        match self.settings {
-            Settings { camera: None, compensation: Compensation::Known, .. } => {
-                return Err(FrameError::NoCamera);
-            }
-            Settings { camera: Some(camera), .. } if !camera.covers(width, height) => {
+        match self.settings.known_camera() {
+            None if self.settings.compensation == Compensation::Known => return Err(FrameError::NoCamera),
+            Some(camera) if !camera.covers(width, height) => {
                 return Err(FrameError::Folded { width, height });
             }
             _ => (),
         }
         log!(debug, "frame of {} x {} px", width, height);
-        self.scanner.begin(width, height, self.settings.px_per_run);
+        self.scanner.begin(width, height, &self.settings);
         let summary = Summary { width, height, ..Summary::default() };
         Ok(Scan { detector: self, regions: Regions::all(), waiting: Waiting::EMPTY, summary, observer })
     }
@@ -242,15 +240,20 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
     }
 
     fn next_target(&mut self, rows: u16) -> Option<Target> {
+        if self.waiting.is_empty() { None } else { self.measure_next(rows) }
+    }
+
+    #[inline(never)]
+    fn measure_next(&mut self, rows: u16) -> Option<Target> {
         loop {
             let dark = self.detector.settings.spec.polarity() == Polarity::Dark;
             let head = self.waiting.take_ready(rows, dark, &mut self.detector.scanner)?;
-            let measured = measure(head, &mut self.detector.scanner, &self.detector.settings);
-            if let Err(cause) = measured {
-                self.reject(head, cause);
-            }
+            let Detector { scanner, settings } = &mut *self.detector;
+            let alone = scanner.outlines.get(head).is_some_and(candidate::is_alone);
+            let measured = if alone { Err(Reject::Alone) } else { measure(head, scanner, settings) };
+            let target = measured.map_err(|cause| self.reject(head, cause));
             self.free(head);
-            if let Ok(target) = measured {
+            if let Ok(target) = target {
                 log!(trace, "target at {}", target.centre);
                 self.summary.targets = self.summary.targets.saturating_add(1);
                 return Some(target);
@@ -300,8 +303,7 @@ impl<O: Observer> Iterator for Targets<'_, '_, '_, O> {
     type Item = Target;
 
     fn next(&mut self) -> Option<Target> {
-        let rows = self.scan.detector.scanner.linked;
-        self.scan.next_target(rows)
+        self.scan.next_target(self.scan.detector.scanner.linked)
     }
 }
 
@@ -392,7 +394,7 @@ impl Iterator for Detection<'_, '_, '_> {
 impl Detection<'_, '_, '_> {
     /// What the image came to; what was not looked at yet is looked at first.
     pub fn summary(mut self) -> Summary {
-        while self.next().is_some() {}
+        self.by_ref().for_each(drop);
         self.scan.summary()
     }
 }

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+#[cfg(feature = "camera")]
 use crate::camera::Camera;
 use crate::code::Code;
 
@@ -127,7 +128,8 @@ pub struct Settings {
     pub spec: TargetSpec,
     /// How to compensate.
     pub compensation: Compensation,
-    /// The camera, if it is known.
+    /// The camera, if it is known. Feature `camera`.
+    #[cfg(feature = "camera")]
     pub camera: Option<Camera>,
     /// The code that targets may carry, if any.
     pub code: Option<Code>,
@@ -144,7 +146,14 @@ impl Settings {
     /// Settings for `spec` with the exact compensation.
     pub const fn new(spec: TargetSpec) -> Self {
         let px_per_run = Self::DEFAULT_PX_PER_RUN;
-        Self { spec, compensation: Compensation::Exact, camera: None, code: None, px_per_run }
+        Self {
+            spec,
+            compensation: Compensation::Exact,
+            #[cfg(feature = "camera")]
+            camera: None,
+            code: None,
+            px_per_run,
+        }
     }
 
     /// The same with another bound of the work that clutter makes.
@@ -160,10 +169,22 @@ impl Settings {
     }
 
     /// The same with a known camera: edge points are freed from lens distortion before the ellipses are fitted, and targets
-    /// have a normal.
+    /// have a normal. Feature `camera`.
+    #[cfg(feature = "camera")]
     pub const fn camera(mut self, camera: Camera) -> Self {
         self.camera = Some(camera);
         self
+    }
+
+    /// The camera, if it is known and cameras are built in.
+    #[cfg(feature = "camera")]
+    pub(crate) fn known_camera(&self) -> Option<&Camera> {
+        self.camera.as_ref()
+    }
+
+    #[cfg(not(feature = "camera"))]
+    pub(crate) fn known_camera(&self) -> Option<&crate::Camera> {
+        None
     }
 
     /// The same with targets that may carry a code. A target without one is found all the same.
@@ -324,6 +345,9 @@ pub(crate) mod limits {
     /// The same where glare, scratches or dirt lie on a target of which all is seen: they move edge points all together, which
     /// their scatter does not show.
     pub const SPOILED_VARIANCE: f32 = 4.0;
+    /// Variance of a target of which all is seen, measured circle by circle, in units of what its edge points tell: they share
+    /// the levels and the blur that they were placed with.
+    pub const ALONE_VARIANCE: f32 = 1.1;
     /// Mean squared residual of a target's ellipses under the camera, in units of their variance, above which they
     /// contradict it: chance alone does that to one target with two circles in 10,000, even where the noise is 10 % above
     /// what the residuals tell.

@@ -18,9 +18,14 @@ use rayon::prelude::*;
 /// Least side of a frame that holds more than the target, px.
 const ROOMY: f64 = 128.0;
 
+/// What a coded target of this outer radius takes up, px from its centre.
+fn code_reach(radius: f64) -> f64 {
+    2.3 * radius
+}
+
 /// A dark annulus of ratio 0.5 and this outer semi-major axis, px, in the middle of a frame that is as small as can be, or has at least this side.
 fn scene_in(side: f64, radius: f64, tilt: f64, azimuth: f64) -> Scene {
-    let side = (2.0 * 2.3 * radius + 16.0).max(side) as u32;
+    let side = (2.0 * code_reach(radius) + 16.0).max(side) as u32;
     let camera = Camera::new(side, side, 1000.0);
     let middle = f64::from(side - 1) / 2.0;
     let pose = Pose { x: middle + 0.3, y: middle - 0.2, distance: 1000.0, tilt, azimuth };
@@ -114,8 +119,10 @@ fn random_coded(seed: u64, side: f64) -> (Scene, CodeName, u16) {
         scene.paper = Tone::Dark;
         scene.targets[0].artwork.ink = Tone::Light;
     }
+    // As far off the middle as the frame leaves room.
+    let room = f64::from(scene.camera.width) / 2.0 - code_reach(radius) - 7.0;
     let pose = &mut scene.targets[0].pose;
-    (pose.x, pose.y) = (pose.x + random.within(-0.5, 0.5), pose.y + random.within(-0.5, 0.5));
+    (pose.x, pose.y) = (pose.x + random.within(-room, room), pose.y + random.within(-room, room));
     (scene, name, id)
 }
 
@@ -136,21 +143,17 @@ fn failures(count: u64, side: f64) -> Vec<String> {
         .collect()
 }
 
-/// No id is wrong, and every target that is found has its id. Some are not found: most of these where light ink fills a dark frame.
 /// `CONCENTRIC_CODED=100000` for many.
 #[test]
 fn ids_are_right_at_any_tilt() {
     let count = frames("CONCENTRIC_CODED", 3000);
-    for (what, side, most) in [("with room about", ROOMY, 0.001), ("that fill the frame", 0.0, 0.015)] {
+    for (what, side) in [("with room about", ROOMY), ("that fill the frame", 0.0)] {
         let failures = failures(count, side);
         println!("{what}: {} of {count} coded targets identified", count as usize - failures.len());
-        let found = failures.iter().filter(|failure| !failure.ends_with(": []")).count();
-        assert_eq!(found, 0, "{}", failures.join("\n"));
-        assert!(failures.len() as f64 <= most * count as f64, "{what}:\n{}", failures.join("\n"));
+        assert!(failures.is_empty(), "{what}:\n{}", failures.join("\n"));
     }
 }
 
-/// Clutter and uncoded rings; in every other frame spots and strips of ink lie where the segments of a code would be.
 fn random_clutter(seed: u64) -> Scene {
     let mut random = Random::new(seed);
     let mut scene = Scene::many(2, 200, 150, false, seed).expect("two targets fit");

@@ -1,6 +1,5 @@
 //! Whether anything lies in the gap of an open ring.
 
-use super::points::Point;
 use super::{Arc, expected_crossings};
 use crate::fit::{Factor, Matrix, Spread};
 use crate::scan::{Crossing, CrossingList, Pool};
@@ -35,16 +34,16 @@ pub(crate) fn shows_paper(
     }
     let scale = 1.0 / outer.shape.semi_axes().0;
     let place = |crossing: &Crossing| {
-        let point = Point::new(crossing, origin);
-        [1.0, (point.x - outer.shape.cx) * scale, (point.y - outer.shape.cy) * scale]
+        let (x, y) = super::place(crossing, origin);
+        [1.0, (x - outer.shape.cx) * scale, (y - outer.shape.cy) * scale]
     };
     let crossings = || circles.iter().flat_map(|(_, list)| pool.iter(*list));
     let Some(paper) = Paper::of(crossings, place) else { return false };
     let limit = SAME * paper.contrast + SAME_SIGMAS * paper.sigma;
     let (mut agree, mut ends) = (0u16, 0u16);
     for crossing in pool.iter(rest) {
-        let point = Point::new(crossing, origin);
-        let beside = |arc: &Arc| arc.shape.distance(point.x, point.y).unwrap_or(f32::NEG_INFINITY);
+        let (x, y) = super::place(crossing, origin);
+        let beside = |arc: &Arc| arc.shape.distance(x, y).unwrap_or(f32::NEG_INFINITY);
         if beside(outer) < -CLEAR && beside(inner) > CLEAR {
             agree += u16::from(paper.excess(place(crossing), crossing).abs() < limit);
             ends += 1;

@@ -9,6 +9,8 @@
 //! The work of a search is bounded: 96 points, 32 trial windows, and [`limits::MAX_SEARCHES`](crate::settings::limits) a frame.
 
 mod gap;
+mod gauge;
+mod pieces;
 mod points;
 mod search;
 
@@ -16,34 +18,42 @@ pub(crate) use gap::shows_paper;
 pub(crate) use points::Points;
 pub(crate) use search::{around, common, free};
 
-use crate::fit::{Frame, Shape};
+use crate::fit::Shape;
 use crate::math;
 use crate::scan::{Crossing, CrossingList, Pool};
 use crate::settings::limits;
-use points::Point;
+use gauge::Gauge;
+use heapless::Vec;
+use points::{MAX_FEWEST, Point};
 
 /// Sectors in which an arc's crossings are looked for.
 const SECTORS: u32 = 32;
-/// Distance within which a crossing lies on an arc, px: linear interpolation is wrong by up to 0.2 px, a short arc's ellipse
-/// by more.
-const ON: f32 = 1.0;
-/// Distance up to which it is taken for one of the arc, px.
-const TAKEN: f32 = 1.3;
-/// Distance up to which it lies beside it, px.
-const BESIDE: f32 = 2.5;
-/// Distance within which most of them lie, px, and how many.
-const NEAR: f32 = 0.45;
+/// 1 px.
+const PX: f32 = gauge::PX as f32;
+/// Distance within which a crossing lies on an arc: linear interpolation is wrong by up to 0.2 px, a short arc's ellipse by
+/// more.
+const ON: u32 = PX as u32;
+/// Distance up to which it is taken for one of the arc.
+const TAKEN: u32 = (1.3 * PX) as u32;
+/// Distance up to which it lies beside it.
+const BESIDE: u32 = (2.5 * PX) as u32;
+/// Distance within which most of them lie, and how many.
+const NEAR: u32 = (0.45 * PX) as u32;
 const LEAST_NEAR: f32 = 0.72;
-/// Half of the points of an even outline are as near as this, in units of that, ...
-const NEAR_SHARE: f32 = 0.4;
-/// ... or this often where noise or blur spreads them, ...
-const WIDER: [f32; 4] = [1.0, 1.25, 1.6, 2.0];
-const WIDEST: f32 = 2.5;
+/// Half of the points of an even outline are as near as this, ...
+const NEAR_HALF: u32 = (0.18 * PX) as u32;
+/// ... or this often, hundredths, where noise or blur spreads them, ...
+const WIDER: [u32; 4] = [100, 125, 160, 200];
+const WIDEST: u32 = 250;
+const UNIT: u32 = 100;
 /// ... if no larger share of them is farther away than [`TAKEN`].
 const MOST_FAR: f32 = 0.1;
 /// Most crossings beside an arc for each one on it: a circle is left at a corner, a polygon's side or a curve that is no
 /// ellipse runs along it.
 const MOST_BESIDE: f32 = 0.4;
+/// Room for what a better ellipse changes: sectors in which it is seen, and factor on the crossings beside it.
+const ROOM_SEEN: u32 = 2;
+const ROOM_BESIDE: f32 = 2.5;
 
 /// An ellipse, about an integer origin that its user knows, of which arcs are seen.
 #[derive(Clone, Copy, Debug)]
@@ -53,21 +63,52 @@ pub(crate) struct Arc {
 }
 
 impl Arc {
-    /// Squared distance of a point to first order, px^2; infinite where the light is on the wrong side.
-    fn square_distance(&self, point: &Point) -> f32 {
-        let ((gx, gy), (dx, dy)) = self.shape.gradient(point.x, point.y);
-        let (lx, ly) = point.light;
-        if (gx * lx + gy * ly > 0.0) != self.dark_inside {
-            return f32::INFINITY;
-        }
-        let excess = dx * gx + dy * gy - 1.0;
-        0.25 * excess * excess / (gx * gx + gy * gy)
-    }
-
     /// The same about another origin.
     pub fn moved(&self, from: (u16, u16), to: (u16, u16)) -> Self {
         let shift = |from: u16, to: u16| (i32::from(to) - i32::from(from)) as f32;
         Self { shape: self.shape.about(shift(from.0, to.0), shift(from.1, to.1)), ..*self }
+    }
+}
+
+/// Where points lie about an arc's ellipse.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    near: u16,
+    on: u16,
+    beside: u16,
+    /// Sectors with points on it, one bit each.
+    sectors: u32,
+}
+
+impl Seen {
+    fn of(gauge: &Gauge, dark_inside: bool, points: impl Iterator<Item = Point>) -> Self {
+        let mut seen = Self::default();
+        for point in points {
+            let look = gauge.look(&point).filter(|look| look.dark_inside == dark_inside);
+            let Some((look, distance)) = look.and_then(|look| Some((look, gauge.distance(&look)?))) else {
+                continue;
+            };
+            if distance <= ON {
+                seen.on += 1;
+                seen.near += u16::from(distance <= NEAR);
+                seen.sectors |= look.sector();
+            } else if distance <= BESIDE {
+                seen.beside += 1;
+            }
+        }
+        seen
+    }
+
+    /// Whether they make an arc of it.
+    fn is_arc(&self) -> bool {
+        f32::from(self.beside) <= MOST_BESIDE * f32::from(self.on)
+            && f32::from(self.near) >= LEAST_NEAR * f32::from(self.on)
+    }
+
+    /// Whether they can when the ellipse is a better one.
+    fn is_promising(&self) -> bool {
+        self.sectors.count_ones() + ROOM_SEEN >= limits::MIN_SEEN
+            && f32::from(self.beside) <= ROOM_BESIDE * MOST_BESIDE * f32::from(self.on)
     }
 }
 
@@ -84,30 +125,18 @@ pub(crate) fn take(
     if !(b >= limits::MIN_INNER_SEMI_AXIS && a <= limits::MAX_ASPECT * b) {
         return None;
     }
-    let frame = Frame::new(&arc.shape)?;
-    let (mut near, mut on, mut beside, mut sectors) = (0u16, 0u16, 0u16, 0u32);
-    for crossing in pool.iter(*list) {
-        let point = Point::new(crossing, origin);
-        let square = arc.square_distance(&point);
-        if square <= ON * ON {
-            on += 1;
-            near += u16::from(square <= NEAR * NEAR);
-            let (u, v) = frame.vector(point.x - arc.shape.cx, point.y - arc.shape.cy);
-            sectors |= sector(u, v);
-        } else if square <= BESIDE * BESIDE {
-            beside += 1;
-        }
-    }
-    let seen = sectors.count_ones();
-    let expected = expected_crossings(a, b) * seen as f32 / SECTORS as f32;
-    let enough = seen >= min_seen
-        && f32::from(on) >= 0.5 * expected
-        && f32::from(beside) <= MOST_BESIDE * f32::from(on)
-        && f32::from(near) >= LEAST_NEAR * f32::from(on);
-    if !enough {
+    let gauge = Gauge::new(&arc.shape)?;
+    let points = pool.iter(*list).map(|crossing| Point::new(crossing, origin));
+    let seen = Seen::of(&gauge, arc.dark_inside, points);
+    let sectors = seen.sectors.count_ones();
+    let expected = expected_crossings(a, b) * sectors as f32 / SECTORS as f32;
+    if sectors < min_seen || !seen.is_arc() || f32::from(seen.on) < 0.5 * expected {
         return None;
     }
-    let on = |crossing: &Crossing| arc.square_distance(&Point::new(crossing, origin)) <= TAKEN * TAKEN;
+    let on = |crossing: &Crossing| {
+        let distance = gauge.distance_of(&Point::new(crossing, origin), arc.dark_inside);
+        distance.is_some_and(|distance| distance <= TAKEN)
+    };
     let (taken, rest) = pool.split(*list, on);
     *list = rest;
     Some(taken)
@@ -115,31 +144,27 @@ pub(crate) fn take(
 
 /// Where the edge passes a crossing about `origin`, px, by linear interpolation.
 pub(crate) fn place(crossing: &Crossing, origin: (u16, u16)) -> (f32, f32) {
-    let Point { x, y, .. } = Point::new(crossing, origin);
-    (x, y)
+    Point::new(crossing, origin).place()
 }
 
 /// Share of some of the crossings that are not near the arc's ellipse. Where half of them are far from it noise or blur spreads
 /// them all, and what is near is as much wider.
 pub(crate) fn share_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> f32 {
-    let points = Points::fewest(list, pool, origin);
-    let share = |limit: f32| {
-        let off = points.points.iter().filter(|point| arc.square_distance(point) > limit * limit).count();
-        off as f32 / points.points.len().max(1) as f32
-    };
+    let Some(gauge) = Gauge::new(&arc.shape) else { return 1.0 };
+    let mut distances = Vec::<u32, MAX_FEWEST>::new();
+    for point in points::fewest(list, pool, origin) {
+        let _ = distances.push(gauge.distance_of(&point, arc.dark_inside).unwrap_or(u32::MAX));
+    }
+    // Shares of all.
+    let off = |limit: u32| distances.iter().filter(|distance| **distance > limit).count();
+    let share = |limit: u32| off(limit) as f32 / distances.len().max(1) as f32;
     // Noise leaves hardly any far away, a dent or a bump does.
     let dented = share(TAKEN) > MOST_FAR;
-    let fits = |wider: &f32| dented || share(NEAR_SHARE * NEAR * wider) <= 0.5;
-    share(NEAR * WIDER.into_iter().find(fits).unwrap_or(WIDEST))
+    let fits = |wider: &u32| dented || 2 * off(wider * NEAR_HALF / UNIT) <= distances.len();
+    share(NEAR * WIDER.into_iter().find(fits).unwrap_or(WIDEST) / UNIT)
 }
 
 /// Crossings that a whole ellipse with these semi-axes has, to 10 %, when each axis keeps its own half of them.
 pub(crate) fn expected_crossings(a: f32, b: f32) -> f32 {
     4.0 * math::sqrt(a * b)
-}
-
-/// The bit of the sector in which `(u, v)` lies.
-pub(crate) fn sector(u: f32, v: f32) -> u32 {
-    let turn = math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI) + 1.0;
-    1u32.rotate_left((turn * SECTORS as f32) as u32 % SECTORS)
 }

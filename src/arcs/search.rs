@@ -1,13 +1,13 @@
 //! The ellipse with the most points on it.
 
-use super::Arc;
+use super::gauge::{Gauge, PX};
+use super::pieces::{PIECES, Pieces, Unit};
 use super::points::{MAX_POINTS, Point, Points};
+use super::{Arc, Seen};
 use crate::fit::{Adjustment, Rough, Shape};
-use crate::math;
+use crate::scan::{CrossingList, Pool};
 use heapless::Vec;
 
-/// Pieces of an outline of which trial arcs are made.
-const PIECES: usize = 16;
 /// Lengths of trial arcs in pieces, and the steps between their starts.
 const LENGTHS: [(usize, usize); 3] = [(10, 2), (7, 2), (5, 1)];
 /// Trials that are refined.
@@ -34,6 +34,8 @@ const CONCENTRIC: f32 = 2.5;
 const MAX_SIZE: f32 = 3.0;
 /// Fewest points on an ellipse.
 const MIN_POINTS: usize = 10;
+/// Largest radius of a circle around a known one, in units of that.
+const MAX_RADIUS: i32 = 11;
 /// Least distance of two circles of the same polarity, px.
 const APART: f32 = 3.0;
 
@@ -41,23 +43,20 @@ const APART: f32 = 3.0;
 pub(crate) fn free(mut points: Points) -> Option<Arc> {
     points.sort();
     let points = points.points.as_slice();
-    let unit = extent(points);
-    let mut pieces = [Rough::default(); PIECES];
-    for (i, point) in points.iter().enumerate() {
-        if let Some(piece) = pieces.get_mut(i * PIECES / points.len().max(1)) {
-            piece.add(point.x / unit, point.y / unit);
-        }
-    }
-    let mut best = None;
-    let mut most = MIN_POINTS as f32;
-    for trial in trials(&pieces, points, unit).into_iter().flatten() {
-        let Some(arc) = refine(&trial.1, points, unit, &REFINE) else { continue };
+    let unit = Unit::of(points);
+    let pieces = Pieces::new(points, &unit);
+    let (mut best, mut most) = (None, 0.0);
+    for (_, trial) in trials(&pieces, points, &unit).into_iter().flatten() {
+        let share = scale(&trial);
+        let Some(arc) = approach(&trial, share, points, &unit) else { continue };
         let score = score(&arc, points, TRIAL * scale(&arc));
         if score > most {
-            (best, most) = (Some(arc), score);
+            (best, most) = (Some((arc, share)), score);
         }
     }
-    best
+    let (arc, share) = best?;
+    let arc = finish(&arc, share, points)?;
+    (score(&arc, points, TRIAL * scale(&arc)) > MIN_POINTS as f32).then_some(arc)
 }
 
 /// Share of the distances for the ellipse of an arc.
@@ -65,21 +64,31 @@ fn scale(arc: &Arc) -> f32 {
     (arc.shape.semi_axes().1 / SMALL).clamp(LEAST_SHARE, 1.0)
 }
 
+/// A distance in the unit of the points.
+fn fixed(distance: f32) -> u32 {
+    (distance * PX as f32) as u32
+}
+
 /// The ellipses of consecutive pieces that have most points on them, with their scores.
-fn trials(pieces: &[Rough; PIECES], points: &[Point], unit: f32) -> [Option<(f32, Arc)>; REFINED] {
+fn trials(pieces: &Pieces, points: &[Point], unit: &Unit) -> [Option<(u32, Arc)>; REFINED] {
     let mut best = [None; REFINED];
+    let turns = pieces.turns(unit);
     for (length, step) in LENGTHS {
         for start in (0..PIECES).step_by(step.max(1)) {
-            let mut sum = Rough::default();
-            pieces.iter().cycle().skip(start).take(length).for_each(|piece| sum.join(piece));
-            let Some(shape) = sum.fit().filter(|shape| shape.semi_axes().0 <= MAX_SIZE) else { continue };
-            let shape = shape.scaled(unit);
-            let scores = look(&shape, points);
+            if turns.are_both(start, length) {
+                continue;
+            }
+            let shape = unit.fit(&pieces.sum(start, length));
+            let Some(shape) = shape.filter(|shape| shape.semi_axes().0 <= MAX_SIZE * unit.extent) else {
+                continue;
+            };
+            let Some(gauge) = Gauge::new(&shape) else { continue };
+            let scores = look(&gauge, points);
             for (dark_inside, score) in [(true, scores[0]), (false, scores[1])] {
                 let mut trial = Some((score, Arc { shape, dark_inside }));
                 // Sorted by falling score.
                 for place in &mut best {
-                    if place.is_none_or(|(other, _): (f32, Arc)| other < score) {
+                    if place.is_none_or(|(other, _): (u32, Arc)| other < score) {
                         core::mem::swap(place, &mut trial);
                     }
                 }
@@ -89,36 +98,42 @@ fn trials(pieces: &[Rough; PIECES], points: &[Point], unit: f32) -> [Option<(f32
     best
 }
 
-/// The [`score`] of every second point on the ellipse for either polarity, dark inside first.
-fn look(shape: &Shape, points: &[Point]) -> [f32; 2] {
-    let mut scores = [0.0; 2];
-    for point in points.iter().step_by(2) {
-        let ((gx, gy), (dx, dy)) = shape.gradient(point.x, point.y);
-        let excess = dx * gx + dy * gy - 1.0;
-        let near = (1.0 - 0.25 * excess * excess / (gx * gx + gy * gy)).max(0.0);
+/// Points up to [`TRIAL`] from the ellipse, each the less the farther it is, of every second one, for either polarity, dark
+/// inside first.
+fn look(gauge: &Gauge, points: &[Point]) -> [u32; 2] {
+    let mut scores = [0; 2];
+    for look in points.iter().step_by(2).filter_map(|point| gauge.look(point)) {
+        let Some(distance) = gauge.distance(&look) else { continue };
         let [dark, light] = &mut scores;
-        *(if gx * point.light.0 + gy * point.light.1 > 0.0 { dark } else { light }) += near;
+        *(if look.dark_inside { dark } else { light }) += nearness(distance, fixed(TRIAL));
     }
     scores
 }
 
-/// The ellipse of a circle that is concentric with the one of `anchor` and not the same.
-pub(crate) fn around(points: &Points, anchor: &Arc) -> Option<Arc> {
-    let mut radii = Vec::<(f32, f32, bool), MAX_POINTS>::new();
-    for point in &points.points {
-        let ((gx, gy), (dx, dy)) = anchor.shape.gradient(point.x, point.y);
-        let radius = math::sqrt(dx * gx + dy * gy);
-        let dark_inside = gx * point.light.0 + gy * point.light.1 > 0.0;
-        // Px along the normal for each unit of the radius.
-        let scale = radius / math::sqrt(gx * gx + gy * gy);
-        let same = dark_inside == anchor.dark_inside && ((radius - 1.0) * scale).abs() < APART;
+/// What is left of the square of a distance at another one, 2^-16 px^2.
+fn nearness(distance: u32, limit: u32) -> u32 {
+    (limit * limit).saturating_sub(distance * distance)
+}
+
+/// The ellipse of a circle that is concentric with the one of `anchor` and not the same, in some of the crossings of `list`,
+/// both about `origin`.
+pub(crate) fn around(anchor: &Arc, list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> Option<Arc> {
+    let gauge = Gauge::around(&anchor.shape)?;
+    let points = Points::around(&gauge, MAX_RADIUS, list, pool, origin);
+    let mut radii = Vec::<Radius, MAX_POINTS>::new();
+    for look in points.points.iter().filter_map(|point| gauge.look(point)) {
+        let Some((radius, change)) = gauge.radius(&look) else { continue };
+        let over = |width: f32| change * fixed(width) as i32 / PX;
+        let same = look.dark_inside == anchor.dark_inside && (radius - Gauge::UNIT).abs() < over(APART);
         if !same {
-            let _ = radii.push((radius, scale, dark_inside));
+            let room = over(CONCENTRIC);
+            let _ = radii.push(Radius { radius, room, dark_inside: look.dark_inside });
         }
     }
     let (mut best, mut most) = (None, 0.0);
     for _ in 0..MODES {
         let Some((radius, dark_inside)) = take_mode(&mut radii) else { break };
+        let radius = radius as f32 / Gauge::UNIT as f32;
         let trial = Arc { shape: anchor.shape.grown(radius), dark_inside };
         let Some(similar) = adjust(&trial, &points.points, &SIMILAR, Adjustment::similar) else { continue };
         let free = adjust(&similar, &points.points, &ADJUST, step);
@@ -133,62 +148,89 @@ pub(crate) fn around(points: &Points, anchor: &Arc) -> Option<Arc> {
     best
 }
 
-/// Takes those radii (with px for each unit and polarity) that most agree out of the list, and gives their mean.
-fn take_mode(radii: &mut Vec<(f32, f32, bool), MAX_POINTS>) -> Option<(f32, bool)> {
-    let near = |(radius, scale, dark): &(f32, f32, bool), middle: f32, dark_inside: bool| {
-        *dark == dark_inside && ((radius - middle) * scale).abs() < CONCENTRIC
-    };
-    let (mut mode, mut most) = (None, MIN_POINTS - 1);
-    for &(middle, _, dark_inside) in radii.iter().step_by(2) {
-        let agree = radii.iter().filter(|radius| near(radius, middle, dark_inside));
-        let (count, sum) = agree.fold((0, 0.0), |(count, sum), (radius, ..)| (count + 1, sum + radius));
+/// Radius of the ellipse through a point that is similar to a known one.
+#[derive(Clone, Copy, Debug)]
+struct Radius {
+    /// As [`Gauge::radius`] has it.
+    radius: i32,
+    /// Largest difference from that of another point of the same circle.
+    room: i32,
+    dark_inside: bool,
+}
+
+impl Radius {
+    fn agrees(&self, radius: i32, dark_inside: bool) -> bool {
+        self.dark_inside == dark_inside && (self.radius - radius).abs() < self.room
+    }
+}
+
+/// Takes those radii that most agree out of the list, and gives their mean and polarity.
+fn take_mode(radii: &mut Vec<Radius, MAX_POINTS>) -> Option<(i32, bool)> {
+    let (mut mode, mut most) = (None, MIN_POINTS as i32 - 1);
+    for &Radius { radius: middle, dark_inside, .. } in radii.iter().step_by(2) {
+        let agree = radii.iter().filter(|radius| radius.agrees(middle, dark_inside));
+        let (count, sum) = agree.fold((0, 0), |(count, sum), radius| (count + 1, sum + radius.radius));
         if count > most {
-            (mode, most) = (Some((middle, sum / count as f32, dark_inside)), count);
+            (mode, most) = (Some((middle, sum / count, dark_inside)), count);
         }
     }
     let (middle, mean, dark_inside) = mode?;
-    radii.retain(|radius| !near(radius, middle, dark_inside));
+    radii.retain(|radius| !radius.agrees(middle, dark_inside));
     Some((mean, dark_inside))
 }
 
 /// The ellipse through all of the points, if at least this share of them lies on it.
 pub(crate) fn common(points: &Points, dark_inside: bool, share: f32) -> Option<Arc> {
-    let unit = extent(&points.points);
+    let unit = Unit::of(&points.points);
     let mut sum = Rough::default();
-    points.points.iter().for_each(|point| sum.add(point.x / unit, point.y / unit));
-    let start = Arc { shape: sum.fit()?.scaled(unit), dark_inside };
-    let arc = refine(&start, &points.points, unit, &[])?;
-    (count(&arc, &points.points) as f32 >= share * points.points.len() as f32).then_some(arc)
+    points.points.iter().for_each(|point| unit.add(&mut sum, point));
+    let start = Arc { shape: unit.fit(&sum)?, dark_inside };
+    let arc = finish(&start, scale(&start), &points.points)?;
+    (near(&arc, &points.points, TRIAL).count() as f32 >= share * points.points.len() as f32).then_some(arc)
+}
+
+/// The points up to `distance` px from the arc's ellipse, with their distances.
+fn near<'p>(
+    arc: &Arc,
+    points: &'p [Point],
+    distance: f32,
+) -> impl Iterator<Item = (&'p Point, u32)> + use<'p> {
+    let (gauge, limit, dark_inside) = (Gauge::new(&arc.shape), fixed(distance), arc.dark_inside);
+    points.iter().filter_map(move |point| {
+        let distance = gauge.as_ref()?.distance_of(point, dark_inside)?;
+        (distance < limit).then_some((point, distance))
+    })
 }
 
 /// Number of points up to `distance` px from the arc's ellipse, each the less the farther it is.
 fn score(arc: &Arc, points: &[Point], distance: f32) -> f32 {
-    let scale = 1.0 / (distance * distance);
-    points.iter().fold(0.0, |sum, point| sum + (1.0 - scale * arc.square_distance(point)).max(0.0))
+    let limit = fixed(distance);
+    let sum = near(arc, points, distance).fold(0, |sum, (_, distance)| sum + nearness(distance, limit));
+    sum as f32 / (limit * limit) as f32
 }
 
-/// Points on the arc's ellipse.
-fn count(arc: &Arc, points: &[Point]) -> usize {
-    points.iter().filter(|point| arc.square_distance(point) < TRIAL * TRIAL).count()
-}
-
-/// Fits the ellipse to the points that are near it, again and again: first algebraically within each of `distances`, which
-/// gets there from far but shrinks an arc's ellipse, then geometrically.
-fn refine(arc: &Arc, points: &[Point], unit: f32, distances: &[f32]) -> Option<Arc> {
+/// Fits the ellipse to the points that are near it, again and again: algebraically, which gets there from far but shrinks an
+/// arc's ellipse. `None` if what it comes to is clearly none that [`take`](super::take) takes.
+fn approach(arc: &Arc, share: f32, points: &[Point], unit: &Unit) -> Option<Arc> {
     let mut arc = *arc;
-    let share = scale(&arc);
-    for distance in distances.iter().map(|distance| share * distance) {
+    for distance in REFINE.map(|distance| share * distance) {
         let (mut sum, mut count) = (Rough::default(), 0);
-        for point in points.iter().filter(|point| arc.square_distance(point) < distance * distance) {
-            sum.add(point.x / unit, point.y / unit);
+        for (point, _) in near(&arc, points, distance) {
+            unit.add(&mut sum, point);
             count += 1;
         }
         if count < MIN_POINTS {
             return None;
         }
-        arc.shape = sum.fit()?.scaled(unit);
+        arc.shape = unit.fit(&sum)?;
     }
-    adjust(&arc, points, &ADJUST.map(|distance| share * distance), step)
+    let seen = Seen::of(&Gauge::new(&arc.shape)?, arc.dark_inside, points.iter().copied());
+    seen.is_promising().then_some(arc)
+}
+
+/// Fits it geometrically.
+fn finish(arc: &Arc, share: f32, points: &[Point]) -> Option<Arc> {
+    adjust(arc, points, &ADJUST.map(|distance| share * distance), step)
 }
 
 /// Adjusts the ellipse geometrically, with the points within each of `distances` in turn.
@@ -202,8 +244,9 @@ fn adjust(
     for &distance in distances {
         let mut adjustment = Adjustment::new(arc.shape)?;
         let mut count = 0;
-        for point in points.iter().filter(|point| arc.square_distance(point) < distance * distance) {
-            let view = adjustment.view(point.x, point.y);
+        for (point, _) in near(&arc, points, distance) {
+            let (x, y) = point.place();
+            let view = adjustment.view(x, y);
             adjustment.add(&view);
             count += 1;
         }
@@ -215,9 +258,4 @@ fn adjust(
 /// The step in which the whole ellipse is free.
 fn step(adjustment: &Adjustment) -> Option<Shape> {
     adjustment.finish().map(|adjusted| adjusted.shape)
-}
-
-/// Largest coordinate, at least 1 px.
-fn extent(points: &[Point]) -> f32 {
-    points.iter().fold(1.0, |extent, point| extent.max(point.x.abs()).max(point.y.abs()))
 }

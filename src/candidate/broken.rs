@@ -21,8 +21,6 @@ const MIN_CROSSINGS_AROUND: u16 = 12;
 const MIN_EXTENT: u16 = 9;
 /// Largest share of an ellipse's crossings that may lie beside it.
 const MAX_OFF: f32 = 0.2;
-/// Largest radius of a circle around a known one, in units of that.
-const MAX_RADIUS: f32 = 11.0;
 /// Two arcs can be of the same circle if their areas squared have this ratio or less, because an arc alone leaves its ellipse
 /// unsure, ...
 const LIKE_DET: f32 = 8.0;
@@ -110,15 +108,14 @@ fn anchors(
     let about = origin(outline);
     let mut anchors = Vec::new();
     for head in waiting.labels(&scanner.outlines) {
-        let Some((head, arc)) =
-            scanner.outlines.get(head).and_then(|head| Some((head, arc_of(head, about)?)))
-        else {
-            continue;
+        let inside = |head: &&Outline| {
+            let (x, y) = origin(head);
+            (outline.left..outline.right).contains(&x) && (outline.top..=outline.bottom).contains(&y)
         };
-        let (x, y) = origin(head);
-        let inside =
-            (outline.left..outline.right).contains(&x) && (outline.top..=outline.bottom).contains(&y);
-        if inside && anchors.len() < MAX_ANCHORS {
+        let head = scanner.outlines.get(head).filter(inside);
+        if anchors.len() < MAX_ANCHORS
+            && let Some(arc) = head.and_then(|head| arc_of(head, about))
+        {
             let _ = anchors.push(arc);
         }
     }
@@ -143,9 +140,7 @@ fn next_arc(
 ) -> Option<(Arc, CrossingList)> {
     let pool = &mut scanner.pool;
     for anchor in anchors.iter().rev() {
-        let points = Points::around(&anchor.shape, MAX_RADIUS, *list, pool, about);
-        let arc = arcs::around(&points, anchor);
-        if let Some(arc) = arc
+        if let Some(arc) = arcs::around(anchor, *list, pool, about)
             && let Some(taken) = arcs::take(&arc, list, (pool, about), limits::MIN_SEEN_AROUND)
         {
             return Some((arc, taken));
@@ -182,7 +177,7 @@ fn join(
     let frame = (scanner.width(), scanner.height());
     let Scanner { outlines, pool, .. } = scanner;
     let like = |outline: &Outline| {
-        let Some(other) = arc_of(outline, about).filter(|_| outline.partial) else { return false };
+        let Some(other) = arc_of(outline, about).filter(|_| outline.is_partial()) else { return false };
         let (dx, dy) = (arc.shape.cx - other.shape.cx, arc.shape.cy - other.shape.cy);
         let ratio = other.shape.det() / arc.shape.det();
         other.dark_inside == arc.dark_inside
@@ -217,14 +212,17 @@ pub(super) enum Around {
 /// Looks in the outlines that are open after `rows` rows for a circle around the waiting outline `label`.
 pub(super) fn find_around(label: u16, rows: u16, scanner: &mut Scanner<'_>) -> Around {
     let Some(inner) = scanner.outlines.get(label).copied() else { return Around::Nothing };
+    let open = open_around(&inner, scanner);
+    if open.is_empty() {
+        return Around::Nothing;
+    }
     let about = origin(&inner);
     let Some(anchor) = arc_of(&inner, about) else { return Around::Nothing };
-    for open in open_around(&inner, scanner) {
+    for open in open {
         let Some(outline) = scanner.outlines.get(open).copied() else { continue };
         let mut list = outline.crossings;
-        let points = Points::around(&anchor.shape, MAX_RADIUS, list, &scanner.pool, about);
-        let Some(arc) = arcs::around(&points, &anchor).filter(|arc| arc.shape.det() < anchor.shape.det())
-        else {
+        let arc = arcs::around(&anchor, list, &scanner.pool, about);
+        let Some(arc) = arc.filter(|arc| arc.shape.det() < anchor.shape.det()) else {
             continue;
         };
         let bottom = f32::from(about.1) + arc.shape.cy + arc.shape.extent().1;

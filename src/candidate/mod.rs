@@ -12,20 +12,33 @@ mod waiting;
 
 pub(crate) use waiting::Waiting;
 
-use crate::arcs::{Arc, expected_crossings};
+use crate::arcs::Arc;
 use crate::fit::Shape;
+use crate::math;
 use crate::reject::Reject;
-use crate::scan::{Moments, Outline, Scanner};
+use crate::scan::{Moments, NONE, Outline, Scanner};
 use crate::settings::limits;
+
+/// Semi-minor axis below that of any outline of [`limits::MIN_EXTENT`], px: that of a row of pixels is 0.58.
+const LEAST_SEMI_AXIS: f32 = 0.5;
+
+/// Farthest that the middle of a concentric outline can lie, in widths of the one around it: what the search adds to the
+/// distance of two centres makes up to 4 semi-axes of the narrowest outline.
+const FARTHEST: u32 = 3;
 
 /// The pixel about which an outline is calculated: the middle of its bounding box.
 pub(crate) fn origin(outline: &Outline) -> (u16, u16) {
     (outline.left.midpoint(outline.right), outline.top.midpoint(outline.bottom))
 }
 
+/// Whether a waiting outline is whole and has nothing concentric inside it.
+pub(crate) fn is_alone(outline: &Outline) -> bool {
+    outline.inner == NONE && !outline.is_partial() && !outline.is_open()
+}
+
 /// The ellipse with the outline's moments, about [`origin`].
 pub(crate) fn shape(outline: &Outline) -> Result<Shape, Reject> {
-    if outline.partial {
+    if outline.is_partial() {
         return moments_shape(outline);
     }
     if outline.cut {
@@ -38,13 +51,17 @@ pub(crate) fn shape(outline: &Outline) -> Result<Shape, Reject> {
         return Err(Reject::BufferFull);
     }
     let shape = moments_shape(outline)?;
-    let (a, b) = shape.semi_axes();
-    let excess = (outline.moments.area.abs() as f32 / (core::f32::consts::PI * a * b) - 1.0).abs();
-    if !(excess <= limits::AREA_TOLERANCE + limits::AREA_TOLERANCE_GRID / b) {
+    // pi a b = pi / root.
+    let root = math::sqrt(shape.det());
+    let excess = (outline.moments.area.abs() as f32 * root / core::f32::consts::PI - 1.0).abs();
+    let fits = |b: f32| excess <= limits::AREA_TOLERANCE + limits::AREA_TOLERANCE_GRID / b;
+    // Most are decided without the axes.
+    if !fits(f32::INFINITY) && (!fits(LEAST_SEMI_AXIS) || !fits(shape.semi_axes().1)) {
         return Err(Reject::NotElliptic);
     }
-    // Far fewer crossings than a circle has: its border is the threshold's, not an edge.
-    if f32::from(outline.crossings.len()) < 0.5 * expected_crossings(a, b) {
+    // Far fewer crossings than a circle has: its border is the threshold's, not an edge. 4 sqrt(a b) are expected.
+    let half = 0.5 * f32::from(outline.crossings.len());
+    if half * half * root < 1.0 {
         return Err(Reject::LowContrast);
     }
     Ok(shape)
@@ -84,13 +101,20 @@ fn set_arc(outline: &mut Outline, arc: &Arc, about: (u16, u16), (width, height):
     outline.partial = true;
 }
 
+/// What of [`concentric`] whole numbers tell: it refuses what this refuses.
+fn can_be_concentric(outline: &Outline, inner: &Outline) -> bool {
+    let inside = || outline.surrounds(inner) && inner.bottom <= outline.bottom;
+    inner.moments.area.abs() < outline.moments.area.abs()
+        && (outline.is_partial() || inner.is_partial() || inside())
+        && are_near(outline, inner)
+}
+
 /// Whether `inner` can be a concentric circle inside `outline`, in a frame of this width.
 fn concentric(outline: &Outline, shape: &Shape, inner: &Outline, width: u16) -> bool {
-    let partial = outline.partial || inner.partial;
-    let inside = outline.surrounds(inner) && inner.bottom <= outline.bottom;
-    if !partial && !inside {
+    if !can_be_concentric(outline, inner) {
         return false;
     }
+    let partial = outline.is_partial() || inner.is_partial();
     let (ox, oy) = origin(outline);
     let area = inner.moments.area as f32;
     let from = |sum: i64, origin: u16| (sum - i64::from(origin) * inner.moments.area) as f32 / area;
@@ -99,6 +123,14 @@ fn concentric(outline: &Outline, shape: &Shape, inner: &Outline, width: u16) -> 
     let grid = if partial { limits::ARC_CENTRE } else { limits::GRID_CENTRE };
     let limit = Offset { width, grid }.limit(shape.semi_axes(), area_ratio);
     area_ratio < 1.0 && shape.square(dx, dy) <= limit * limit
+}
+
+/// Whether the middle of `inner` is not farther from that of `outline` than any tolerance allows; also where the frame cuts its
+/// box.
+fn are_near(outline: &Outline, inner: &Outline) -> bool {
+    let ((x, y), (inner_x, inner_y)) = (origin(outline), origin(inner));
+    let near = |a: u16, b: u16, size: u16| u32::from(a.abs_diff(b)) <= FARTHEST * u32::from(size);
+    outline.cut || near(x, inner_x, outline.width()) && near(y, inner_y, outline.height())
 }
 
 /// How far apart the ellipse centres of concentric circles can be.
@@ -123,7 +155,7 @@ fn ready_row(inner: &Outline, scanner: &Scanner<'_>) -> u16 {
     let middle = |first: u16, last: u16| i32::from(first) + i32::from(last);
     let (cx, cy) = (middle(inner.left, inner.right), middle(inner.top, inner.bottom));
     // What is left of a broken outline may close beside it until then.
-    let mut ready = if inner.partial { i32::from(inner.bottom) + 4 } else { 0 };
+    let mut ready = if inner.is_partial() { i32::from(inner.bottom) + 4 } else { 0 };
     for transition in scanner.last_transitions() {
         let Some(outline) = scanner.outlines.get(transition.label) else { continue };
         let width = i32::from(outline.width());

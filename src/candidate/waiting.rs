@@ -1,6 +1,8 @@
 //! Closed outlines that wait until nothing can close around them any more.
 
-use super::{broken, concentric, ready_row, shape};
+use super::{broken, can_be_concentric, concentric, ready_row, shape};
+use crate::abilities::ARCS;
+use crate::fit::Shape;
 use crate::reject::Reject;
 use crate::scan::{NONE, Outline, Outlines, Scanner};
 use crate::settings::limits;
@@ -17,19 +19,26 @@ pub(crate) struct Waiting {
 impl Waiting {
     pub const EMPTY: Self = Self { head: NONE, searches: limits::MAX_SEARCHES };
 
+    /// Whether nothing waits.
+    pub fn is_empty(&self) -> bool {
+        self.head == NONE
+    }
+
     /// Takes a closed outline. An error is the reason why it is none of a target; its slot is then still in use.
     pub fn add(&mut self, label: u16, scanner: &mut Scanner<'_>) -> Result<(), Reject> {
         let outline = *scanner.outlines.get(label).ok_or(Reject::BufferFull)?;
         let shape = shape(&outline);
-        let whole = shape.is_ok_and(|shape| !broken::is_bent(&outline, &shape, &scanner.pool));
-        if !whole && self.search(label, &outline, shape.err(), scanner) {
+        let whole = |scanner: &Scanner<'_>| {
+            shape.is_ok_and(|shape| !broken::is_bent(&outline, &shape, &scanner.pool))
+        };
+        if self.may_search(scanner) && !whole(scanner) && self.search(label, &outline, shape.err(), scanner) {
             return Ok(());
         }
         // One that is bent without an arc of another ellipse stays what it is.
-        shape.map(|_| self.insert(label, scanner))
+        shape.map(|shape| self.insert_ellipse(label, &shape, scanner))
     }
 
-    /// Takes the arcs of an outline that is no ellipse for `cause`. `false` if there are none or none may be looked for.
+    /// Takes the arcs of an outline that is no ellipse for `cause`. `false` if there are none.
     fn search(
         &mut self,
         label: u16,
@@ -38,21 +47,32 @@ impl Waiting {
         scanner: &mut Scanner<'_>,
     ) -> bool {
         let worth = broken::is_worth_a_search(outline, cause.unwrap_or(Reject::NotElliptic));
-        if self.searches == 0 || !worth || !scanner.budget.is_ample() {
+        if !worth {
             return false;
         }
         self.searches -= 1;
         broken::add(label, self, scanner)
     }
 
+    /// Whether arcs may be looked for.
+    fn may_search(&self, scanner: &Scanner<'_>) -> bool {
+        ARCS && self.searches > 0 && scanner.budget.is_ample()
+    }
+
     /// Takes an outline that is an ellipse, with what is concentric inside it.
     pub(super) fn insert(&mut self, label: u16, scanner: &mut Scanner<'_>) {
+        if let Some(Ok(shape)) = scanner.outlines.get(label).map(shape) {
+            self.insert_ellipse(label, &shape, scanner);
+        }
+    }
+
+    /// The same where its ellipse is known.
+    fn insert_ellipse(&mut self, label: u16, shape: &Shape, scanner: &mut Scanner<'_>) {
         let Some(outline) = scanner.outlines.get(label).copied() else { return };
-        let Ok(shape) = shape(&outline) else { return };
         let width = scanner.width();
-        let inside = |inner: &Outline| concentric(&outline, &shape, inner, width);
+        let inside = |inner: &Outline| concentric(&outline, shape, inner, width);
         let mut inner = self.take_inner(inside, &mut scanner.outlines);
-        if inner == NONE && !outline.partial {
+        if inner == NONE && !outline.is_partial() {
             inner = self.take_from_arc(inside, &mut scanner.outlines);
         }
         if inner == NONE && self.insert_inside(label, scanner) {
@@ -70,7 +90,10 @@ impl Waiting {
     fn insert_inside(&self, label: u16, scanner: &mut Scanner<'_>) -> bool {
         let (width, outlines) = (scanner.width(), &mut scanner.outlines);
         let Some(new) = outlines.get(label).copied() else { return false };
-        let around = |head: &Outline| shape(head).is_ok_and(|shape| concentric(head, &shape, &new, width));
+        let around = |head: &Outline| {
+            can_be_concentric(head, &new)
+                && shape(head).is_ok_and(|shape| concentric(head, &shape, &new, width))
+        };
         let Some(mut before) = self.labels(outlines).find(|&head| outlines.get(head).is_some_and(around))
         else {
             return false;
@@ -118,7 +141,7 @@ impl Waiting {
             let head = self.take(&mut scanner.outlines, |_, outline| outline.ready <= rows)?;
             let outline = *scanner.outlines.get(head)?;
             let complete = outline.inner != NONE && (outline.moments.area > 0) == dark;
-            if complete || self.searches == 0 || !scanner.budget.is_ample() {
+            if complete || !self.may_search(scanner) {
                 return Some(head);
             }
             match broken::find_around(head, rows, scanner) {
@@ -144,8 +167,8 @@ impl Waiting {
     /// Takes a whole outline that is `concentric`, with what is inside it, out of a chain in which only an arc is around it.
     fn take_from_arc(&self, concentric: impl Fn(&Outline) -> bool, outlines: &mut Outlines<'_>) -> u16 {
         let wanted = |&label: &u16| {
-            let Some(arc) = outlines.get(label).filter(|outline| outline.partial) else { return false };
-            outlines.get(arc.inner).is_some_and(|inner| !inner.partial && concentric(inner))
+            let Some(arc) = outlines.get(label).filter(|outline| outline.is_partial()) else { return false };
+            outlines.get(arc.inner).is_some_and(|inner| !inner.is_partial() && concentric(inner))
         };
         let around = self.members(outlines).find(wanted);
         let arc = around.and_then(|label| outlines.get_mut(label));
@@ -167,15 +190,16 @@ impl Waiting {
     /// Takes the first outline out of the list for which `wanted` holds.
     fn take(&mut self, outlines: &mut Outlines<'_>, wanted: impl Fn(u16, &Outline) -> bool) -> Option<u16> {
         let (mut before, mut at) = (NONE, self.head);
-        while let Some(outline) = outlines.get(at).copied() {
-            if wanted(at, &outline) {
+        while let Some(outline) = outlines.get(at) {
+            let next = outline.next;
+            if wanted(at, outline) {
                 match outlines.get_mut(before) {
-                    Some(before) => before.next = outline.next,
-                    None => self.head = outline.next,
+                    Some(before) => before.next = next,
+                    None => self.head = next,
                 }
                 return Some(at);
             }
-            (before, at) = (at, outline.next);
+            (before, at) = (at, next);
         }
         None
     }

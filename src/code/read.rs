@@ -74,7 +74,7 @@ struct Plane {
 impl Plane {
     /// That of the outer circle and the true centre.
     fn new(settings: &Settings, target: &Target) -> Option<Self> {
-        let origin = Origin::of(target, settings.camera.as_ref())?;
+        let origin = Origin::of(target, settings.known_camera())?;
         let shape = origin.shape(target.circles.first()?)?;
         Self::of(origin, &shape, origin.offset(target.centre)?, target.blur)
     }
@@ -82,7 +82,7 @@ impl Plane {
     /// That of the innermost circle as if it had no eccentricity. A code near the outer circle of a small target moves that and the
     /// true centre with it; where it is so near, eccentricity is nothing.
     fn inner(settings: &Settings, target: &Target) -> Option<Self> {
-        let origin = Origin::of(target, settings.camera.as_ref())?;
+        let origin = Origin::of(target, settings.known_camera())?;
         let (outer, inner) = (target.circles.first()?.ellipse, target.circles.last()?);
         let ratio = math::sqrt(inner.ellipse.a * inner.ellipse.b / (outer.a * outer.b));
         let shape = origin.shape(inner)?.grown(1.0 / ratio);

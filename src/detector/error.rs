@@ -79,7 +79,9 @@ impl fmt::Display for FrameError {
             Self::LateRegions { given } => {
                 write!(f, "regions after {given} rows: give them before the first")
             }
-            Self::NoCamera => write!(f, "compensation `Known` needs a camera in the settings"),
+            Self::NoCamera => {
+                write!(f, "compensation `Known` needs a camera in the settings (feature `camera`)")
+            }
             Self::Folded { width, height } => write!(
                 f,
                 "camera: the distortion folds the image within a frame of {width} x {height}: smaller coefficients, or \

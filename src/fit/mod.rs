@@ -5,7 +5,7 @@
 //! 3. [`Adjustment`]: one reweighted Gauss-Newton step in the frame where that ellipse is the unit circle. It puts
 //!    geometric instead of algebraic weights on the points and gives residual and covariance.
 //!
-//! [`Rough`] is the algebraic fit in f32, for the search of arcs; [`Spread`] a robust standard deviation.
+//! [`Rough`] is the algebraic fit from whole numbers, for the search of arcs; [`Spread`] a robust standard deviation.
 
 mod adjust;
 mod concentric;

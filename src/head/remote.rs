@@ -27,7 +27,7 @@ fn change(request: Request, to: Changeable<'_>) -> Result<(), Outcome> {
         Request::Hello => *to.hello = true,
         Request::Ratios(ratios) => to.settings.spec = spec(&ratios, to.settings.spec.polarity())?,
         Request::Polarity(polarity) => to.settings.spec = to.settings.spec.with_polarity(polarity),
-        Request::Compensation(Compensation::Known) if to.settings.camera.is_none() => {
+        Request::Compensation(Compensation::Known) if to.settings.known_camera().is_none() => {
             return Err(Outcome::NoCamera);
         }
         Request::Compensation(compensation) => to.settings.compensation = compensation,

@@ -2,6 +2,7 @@
 
 use super::origin::Origin;
 use super::sectors::{PARTS, PLACES, SectorLight, Sectors};
+use crate::abilities::ARCS;
 use crate::arcs;
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Spread, Sums};
@@ -44,9 +45,14 @@ pub(crate) struct Fitted {
 }
 
 impl Fitted {
-    /// Whether a part of it is not seen.
+    /// Whether a part of it is not seen, so that it is fitted together with the others.
     pub fn is_occluded(&self) -> bool {
-        self.partial || self.gap > limits::FLAG_GAP
+        ARCS && (self.partial || self.has_gap())
+    }
+
+    /// Whether edge points are missing on an arc.
+    pub fn has_gap(&self) -> bool {
+        self.gap > limits::FLAG_GAP
     }
 }
 
@@ -91,7 +97,7 @@ impl<'a, 'p> Source<'a, 'p> {
     /// Their edge points about the origin, px; by linear interpolation where they are not placed yet.
     pub fn points(&self, k: usize) -> impl Iterator<Item = (f32, f32)> + use<'a, 'p> {
         let origin = self.origin;
-        let placed = self.noise.is_finite();
+        let placed = !ARCS || self.noise.is_finite();
         let rough = self.all(k).filter(move |_| !placed).map(|crossing| arcs::place(crossing, origin.pixel));
         let fine = self
             .crossings(k)
@@ -105,7 +111,7 @@ impl<'a, 'p> Source<'a, 'p> {
 pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
     let &Source { origin, noise, .. } = source;
     let edge = source.edges.get(k).ok_or(Reject::Alone)?;
-    if edge.partial {
+    if ARCS && edge.partial {
         return fit_arcs(source, k, edge);
     }
     let places = source.crossings(k).filter_map(|crossing| edge_point(crossing, origin.pixel));
@@ -190,7 +196,7 @@ fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
 /// The algebraic fit; where arcs are missing that would shrink the ellipse, and the search has given a better one of what is
 /// seen.
 fn start(edge: &Edge, places: impl Iterator<Item = (i32, i32)>, origin: &Origin) -> Result<Shape, Reject> {
-    if edge.partial && origin.lens().is_none() {
+    if ARCS && edge.partial && origin.lens().is_none() {
         return Ok(edge.shape);
     }
     let mut sums = Sums::default();

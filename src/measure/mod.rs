@@ -15,6 +15,7 @@ mod origin;
 mod sectors;
 mod together;
 
+use crate::abilities::{ARCS, JOINT};
 use crate::candidate;
 use crate::code;
 use crate::edge::{self, Blur, Edge, Edges, Levels};
@@ -50,15 +51,15 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     if edges.len() < 2 {
         return Err(Reject::Alone);
     }
-    let open = scanner.outlines.get(head).is_some_and(|outline| outline.open);
-    let about = Origin::new(origin, settings.camera.as_ref()).ok_or(Reject::NotElliptic)?;
+    let open = scanner.outlines.get(head).is_some_and(|outline| outline.is_open());
+    let about = Origin::new(origin, settings.known_camera()).ok_or(Reject::NotElliptic)?;
     let width = scanner.width();
-    let covered = edges.iter().any(|edge| edge.partial);
+    let covered = ARCS && edges.iter().any(|edge| edge.partial);
     let mut calm = f32::INFINITY;
     if covered {
         let plain = Origin::new(origin, None).ok_or(Reject::NotElliptic)?;
         rough(&mut edges, &scanner.pool, &plain);
-    } else {
+    } else if JOINT {
         match joint(&Edges { edges: &edges, origin }, &scanner.pool, &about, settings.code.is_some()) {
             Ok((fitted, light)) => {
                 let circles = choose(&fitted, settings, width)?;
@@ -69,7 +70,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     }
     let edges = Edges { edges: &edges, origin };
     let pool = &mut scanner.pool;
-    let (levels, blur) = disturbed_levels(&edges, pool, covered)?;
+    let (levels, blur, disturbed) = disturbed_levels(&edges, pool, covered)?;
     // What disturbs one edge does not disturb all.
     let noise = (0..edges.edges.len())
         .fold(f32::INFINITY, |least, k| least.min(edge::place(&edges, k, pool, &levels, blur)));
@@ -86,12 +87,23 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     } else {
         assemble(&circles, settings, &light, &about)
     };
-    let excess = if covered { limits::COVERED_VARIANCE } else { limits::SPOILED_VARIANCE };
+    // What the joint estimate has refused is spoiled. Without it there is only what the levels and the gaps show.
+    let spoiled = JOINT || disturbed || circles.iter().any(Fitted::has_gap);
+    let excess = match (covered, spoiled) {
+        (true, _) => limits::COVERED_VARIANCE,
+        (false, true) => limits::SPOILED_VARIANCE,
+        (false, false) => limits::ALONE_VARIANCE,
+    };
     found.map(|target| target.less_sure(excess))
 }
 
-/// Levels and blur of a target of which not everything is seen (`covered`), or in front of which something is.
-fn disturbed_levels(edges: &Edges<'_>, pool: &Pool<'_>, covered: bool) -> Result<(Levels, f32), Reject> {
+/// Levels and blur of a target of which not everything is seen (`covered`), or in front of which something may be; and whether
+/// something is.
+fn disturbed_levels(
+    edges: &Edges<'_>,
+    pool: &Pool<'_>,
+    covered: bool,
+) -> Result<(Levels, f32, bool), Reject> {
     let levels = Levels::first(edges, pool, BLUR_GUESS, covered).ok_or(Reject::LowContrast)?;
     check_contrast(levels.contrast())?;
     let mut blur = edge::measure_blur(edges, pool, &levels);
@@ -107,10 +119,11 @@ fn disturbed_levels(edges: &Edges<'_>, pool: &Pool<'_>, covered: bool) -> Result
         levels = levels.refined(edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
         check_contrast(levels.contrast())?;
     }
-    if disturbed(&levels, &blur) {
+    let disturbed = disturbed(&levels, &blur);
+    if disturbed {
         levels = levels.disturbed();
     }
-    Ok((levels, blur.sigma))
+    Ok((levels, blur.sigma, disturbed))
 }
 
 /// The outermost outline of the chain that can be a circle of a target. What is around it and open by itself is none, nor are
@@ -118,7 +131,7 @@ fn disturbed_levels(edges: &Edges<'_>, pool: &Pool<'_>, covered: bool) -> Result
 fn outermost(mut head: u16, scanner: &Scanner<'_>, settings: &Settings) -> u16 {
     let outlines = &scanner.outlines;
     let mut whole = head;
-    while let Some(outline) = outlines.get(whole).filter(|outline| outline.partial) {
+    while let Some(outline) = outlines.get(whole).filter(|outline| outline.is_partial()) {
         whole = outline.inner;
     }
     let whole = outlines.get(whole);
@@ -127,12 +140,12 @@ fn outermost(mut head: u16, scanner: &Scanner<'_>, settings: &Settings) -> u16 {
         let of_code = [code::INNER / code::OUTER, 1.0 / code::OUTER, 1.0 / code::INNER];
         of_code.into_iter().any(|wanted| (ratio / wanted - 1.0).abs() < limits::CODE_RATIO)
     };
-    while let Some(outline) = outlines.get(head).filter(|outline| outline.partial)
+    while let Some(outline) = outlines.get(head).filter(|outline| outline.is_partial())
         && let Some(inner) = outlines.get(outline.inner)
     {
         let coded = settings.code.is_some()
             && (ring(outline, inner) || whole.is_some_and(|whole| ring(outline, whole)));
-        let open = outline.open && (settings.spec.ratios().is_empty() || settings.code.is_some());
+        let open = outline.is_open() && (settings.spec.ratios().is_empty() || settings.code.is_some());
         if !open && !coded {
             break;
         }
@@ -155,7 +168,7 @@ fn collect(
         if edges.is_full() {
             break;
         }
-        if outline.open {
+        if outline.is_open() {
             // A mark in the middle can be one; the target around it is none the worse.
             if edges.len() >= 2 {
                 break;
@@ -168,7 +181,7 @@ fn collect(
         let own = candidate::origin(outline);
         let shift = |own: u16, origin: u16| (i32::from(origin) - i32::from(own)) as f32;
         let shape = candidate::shape(outline)?.about(shift(own.0, origin.0), shift(own.1, origin.1));
-        if edges.is_empty() && outline.partial && shape.semi_axes().0 < limits::MIN_PARTIAL_SEMI_AXIS {
+        if edges.is_empty() && outline.is_partial() && shape.semi_axes().0 < limits::MIN_PARTIAL_SEMI_AXIS {
             return Err(Reject::TooSmall);
         }
         let _ = edges.push(Edge::new(shape, outline));

@@ -1,5 +1,6 @@
 //! The integer pixel about which a target is measured, and the lens before it.
 
+use crate::abilities::CAMERA;
 use crate::camera::{Camera, Local};
 use crate::fit::Shape;
 use crate::math;
@@ -47,7 +48,7 @@ impl Origin {
     }
 
     pub fn lens(&self) -> Option<&Local> {
-        self.lens.as_ref()
+        self.lens.as_ref().filter(|_| CAMERA)
     }
 
     /// Edge point without distortion, px. `None` where the lens folds the image.
@@ -57,7 +58,7 @@ impl Origin {
 
     /// The same on the grid of edge points, for the exact sums; also `None` where the lens puts the point too far away.
     pub fn on_grid(&self, point: (i32, i32)) -> Option<(i32, i32)> {
-        if self.lens.is_none() {
+        if self.lens().is_none() {
             return Some(point);
         }
         let (x, y) = self.undistorted(point)?;
@@ -66,7 +67,7 @@ impl Origin {
 
     /// The place without distortion of what is seen `(x, y)` px from the origin.
     pub fn place(&self, seen: (f32, f32)) -> Option<(f32, f32)> {
-        match &self.lens {
+        match self.lens() {
             Some(lens) => lens.undistort(seen),
             None => Some(seen),
         }
@@ -74,7 +75,7 @@ impl Origin {
 
     /// An ellipse in the image as it is without distortion, by the lens's derivative at its centre.
     pub fn undistorted_shape(&self, shape: &Shape) -> Option<Shape> {
-        if self.lens.is_none() {
+        if self.lens().is_none() {
             return Some(*shape);
         }
         let (cx, cy) = self.place((shape.cx, shape.cy))?;
@@ -93,12 +94,12 @@ impl Origin {
 
     /// The inverse of [`place`](Self::place).
     pub fn seen(&self, place: (f32, f32)) -> (f32, f32) {
-        self.lens.as_ref().map_or(place, |lens| lens.distort(place))
+        self.lens().map_or(place, |lens| lens.distort(place))
     }
 
     /// Derivative (xx, xy, yx, yy) of the place by what is seen.
     pub fn slope(&self, place: (f32, f32)) -> [f32; 4] {
-        self.lens.as_ref().map_or([1.0, 0.0, 0.0, 1.0], |lens| lens.undistorted_slope(place))
+        self.lens().map_or([1.0, 0.0, 0.0, 1.0], |lens| lens.undistorted_slope(place))
     }
 
     /// Where the image shows `(x, y)`.
@@ -109,6 +110,6 @@ impl Origin {
 
     /// The covariance there.
     pub fn covariance(&self, place: (f32, f32), covariance: &Covariance) -> Covariance {
-        self.lens.as_ref().map_or(*covariance, |lens| lens.distort_covariance(place, covariance))
+        self.lens().map_or(*covariance, |lens| lens.distort_covariance(place, covariance))
     }
 }

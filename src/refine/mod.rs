@@ -116,7 +116,7 @@ struct Window<'i> {
 impl<'i> Window<'i> {
     fn new(image: &'i Image<'i>, settings: &Settings, target: &Target) -> Option<Self> {
         let outer = target.circles.first()?.ellipse;
-        let origin = Origin::of(target, settings.camera.as_ref())?;
+        let origin = Origin::of(target, settings.known_camera())?;
         let pixel = origin.pixel;
         // Distortion changes sizes by less than that, or there is no target.
         let reach = (1.25 * outer.a + REACH) as i32 + 1;

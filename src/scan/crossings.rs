@@ -20,19 +20,19 @@ impl Stretch {
     /// Bits of the sum; above it is the binary logarithm of the number of pixels.
     const BITS: u32 = 12;
 
-    /// All of `levels`, as many as [`stretch_length`] says.
-    pub fn new(levels: &[u8]) -> Self {
+    /// All of `levels`; `log` is the binary logarithm of their number.
+    #[inline]
+    pub fn of(levels: &[u8], log: u32) -> Self {
         let (fours, rest) = levels.as_chunks::<4>();
         let sum = |levels: &[u8]| levels.iter().fold(0, |sum, &level| sum + u32::from(level));
         let sum = fours.iter().fold(sum(rest), |all, four| all + sum(four));
-        let log = match levels.len() {
-            0..2 => 0,
-            2..4 => 1,
-            4..8 => 2,
-            8..16 => 3,
-            _ => 4,
-        };
         Self((sum | log << Self::BITS) as u16)
+    }
+
+    /// Only the nearest of its pixels if the scale ends at the farthest but not there: then only that tells the light.
+    pub fn unless_clipped(self, nearest: u8, farthest: u8) -> Self {
+        let clipped = |level: u8| !(END..=255 - END).contains(&level);
+        if clipped(farthest) && !clipped(nearest) { Self(nearest.into()) } else { self }
     }
 
     /// Binary logarithm of the number of pixels, and the sum of their levels.
@@ -50,14 +50,17 @@ impl Stretch {
 
 /// Near samples of a crossing.
 pub(crate) const NEAR: usize = 6;
-/// The most pixels that a stretch can have where `clear` are there; at least 1.
-pub(crate) fn stretch_length(clear: usize) -> usize {
+/// Levels from either end of the scale that noise clips, grey levels.
+const END: u8 = 4;
+
+/// The binary logarithm of the most pixels that a stretch can have where `clear` are there; at least one.
+pub(super) fn log_length(clear: usize) -> u32 {
     match clear {
-        0..2 => 1,
-        2..4 => 2,
-        4..8 => 4,
-        8..16 => 8,
-        _ => 16,
+        0..2 => 0,
+        2..4 => 1,
+        4..8 => 2,
+        8..16 => 3,
+        _ => 4,
     }
 }
 
@@ -271,16 +274,17 @@ mod tests {
     fn a_stretch_has_the_mean_of_the_pixels_that_fit() {
         for (given, used) in [(1u8, 1u8), (2, 2), (3, 2), (4, 4), (7, 4), (15, 8), (16, 16), (40, 16)] {
             let levels: [u8; 40] = core::array::from_fn(|i| 100 + i as u8);
-            let stretch = Stretch::new(&levels[..stretch_length(given.into())]);
+            let log = log_length(given.into());
+            let stretch = Stretch::of(&levels[..1 << log], log);
             assert_eq!(stretch.mean(), (f32::from(used), 100.0 + 0.5 * f32::from(used - 1)));
         }
-        assert_eq!(Stretch::new(&[255; 16]).mean(), (16.0, 255.0));
-        assert_eq!((stretch_length(0), Stretch::new(&[9]).mean()), (1, (1.0, 9.0)));
+        assert_eq!(Stretch::of(&[255; 16], 4).mean(), (16.0, 255.0));
+        assert_eq!((log_length(0), Stretch::of(&[9], 0).mean()), (0, (1.0, 9.0)));
     }
 
     #[test]
     fn a_crossing_keeps_place_and_stretches_apart() {
-        let far = [Stretch::new(&[200; 16]), Stretch::new(&[40, 41])];
+        let far = [Stretch::of(&[200; 16], 4), Stretch::of(&[40, 41], 1)];
         let mut crossing = Crossing::new(Axis::Column, (4095, 16383), [1, 2, 3, 4, 5, 6], far);
         assert_eq!((crossing.x, crossing.y(), crossing.axis()), (4095, 16383, Axis::Column));
         assert_eq!(crossing.far(), far);

@@ -5,41 +5,23 @@
 //! neighbouring transitions have none below); an outline whose ends have all met is closed. The work is proportional
 //! to the number of transitions, except that joined outlines are renamed once a row.
 
-use super::crossings::{Axis, Crossing, CrossingList, NEAR, Pool, Stretch, stretch_length};
+use super::crossings::{Crossing, CrossingList, Pool};
 use super::outlines::{NONE, Outlines};
-use super::rows::{KEPT_ROWS, Rows};
+use super::rows::Rows;
 use super::runs::Transition;
+use super::window::Window;
 use crate::reject::Dropped;
 use crate::settings::limits;
 
 /// Steepest step from row to row, px, at which the crossing on the row is kept: beyond it the one on the column is the
 /// better one.
 const MAX_ROW_STEP: u16 = 2;
-/// Largest change of level across a crossing's axis in quarters of that along it: room for noise, because at equality
-/// either axis is as good.
-const MAX_ACROSS: i32 = 5;
-/// Samples needed on either side of a crossing, px.
-const REACH: u16 = 4;
 
 pub(crate) struct Linker<'a, 's> {
-    /// The rows about the block in work, from [`REACH`] above it on; the nearest where there are none.
-    rows: [&'a [u8]; KEPT_ROWS],
-    width: u16,
-    height: u16,
+    window: Window<'a>,
     outlines: &'a mut Outlines<'s>,
     pool: &'a mut Pool<'s>,
     dropped: &'a mut Dropped,
-    /// Smallest difference between the two sides' pairs of samples: less is no edge, but the border of two cells'
-    /// thresholds.
-    min_step: i32,
-    /// Rows that are there.
-    pushed: u16,
-    /// First row of the block in work.
-    first: u16,
-    /// The row of `current`.
-    y: u16,
-    /// The rows `y - 2` to `y + 1`; those outside the frame are not of use.
-    near: [&'a [u8]; NEAR],
 }
 
 impl<'a, 's> Linker<'a, 's> {
@@ -51,51 +33,31 @@ impl<'a, 's> Linker<'a, 's> {
         dropped: &'a mut Dropped,
         (first, min_contrast): (u16, u8),
     ) -> Self {
-        let (width, height, pushed) = (rows.width(), rows.height(), rows.pushed());
-        let min_step = i32::from(min_contrast) / 2;
-        let rows = rows.rows_after(i32::from(first) - i32::from(REACH));
-        Self {
-            rows,
-            width,
-            height,
-            outlines,
-            pool,
-            dropped,
-            min_step,
-            pushed,
-            first,
-            y: first,
-            near: [&[]; NEAR],
-        }
+        Self { window: Window::new(rows, first, min_contrast), outlines, pool, dropped }
     }
 
     /// Gives every transition of `current`, in row `y` of the block or in the one below the frame, its outline; `previous` is
     /// the row above.
     pub fn link_row(&mut self, y: u16, previous: &[Transition], current: &mut [Transition]) {
-        self.y = y;
-        self.near = [0, 1, 2, 3, 4, 5].map(|i| self.row_from_above(REACH - 3 + i));
+        self.window.move_to(y);
         self.link(previous, current);
-    }
-
-    /// The row `i` below the one that is [`REACH`] above row `y`.
-    fn row_from_above(&self, i: u16) -> &'a [u8] {
-        self.rows.get(usize::from(self.y - self.first + i)).copied().unwrap_or(&[])
     }
 
     fn link(&mut self, previous: &[Transition], current: &mut [Transition]) {
         let (mut i, mut j) = (0, 0);
         loop {
             let (above, here) = (run(previous, i), run(current, j));
-            if above.is_none() && here.is_none() {
-                break;
-            } else if lies_left(above, here) {
+            if above.1 < here.0 {
                 self.end(previous, 2 * i);
                 i += 1;
-            } else if lies_left(here, above) {
+            } else if here.1 < above.0 {
                 self.begin(current, 2 * j);
                 j += 1;
+            } else if here == NO_RUN {
+                // Then there is none above either.
+                break;
             } else {
-                self.proceed(previous.get(2 * i), current, 2 * j);
+                self.proceed(previous, 2 * i, current, 2 * j);
                 (i, j) = self.link_connected(previous, current, i, j);
             }
         }
@@ -115,48 +77,65 @@ impl<'a, 's> Linker<'a, 's> {
         mut i: usize,
         mut j: usize,
     ) -> (usize, usize) {
+        let (mut above, mut here) = (run(previous, i), run(current, j));
         loop {
-            if touches(run(previous, i + 1), run(current, j)) {
+            let (next_above, next_here) = (run(previous, i + 1), run(current, j + 1));
+            if next_above.0 <= here.1 {
                 self.end(previous, 2 * i + 1);
-                i += 1;
-            } else if touches(run(current, j + 1), run(previous, i)) {
+                (i, above) = (i + 1, next_above);
+            } else if next_here.0 <= above.1 {
                 self.begin(current, 2 * j + 1);
-                j += 1;
+                (j, here) = (j + 1, next_here);
             } else {
-                self.proceed(previous.get(2 * i + 1), current, 2 * j + 1);
+                self.proceed(previous, 2 * i + 1, current, 2 * j + 1);
                 return (i + 1, j + 1);
             }
         }
     }
 
-    /// An outline goes on from the transition `above` to the one `at`.
-    fn proceed(&mut self, above: Option<&Transition>, current: &mut [Transition], at: usize) {
-        let x = |at: usize| current.get(at).map(|transition| transition.x);
-        let before = at.checked_sub(1).and_then(x).unwrap_or(0);
-        let after = x(at + 1).unwrap_or(self.width);
-        let (Some(above), Some(here)) = (above, current.get_mut(at)) else { return };
-        let label = self.outlines.root(above.label);
+    /// An outline goes on from transition `from` of the row above to the one `at`.
+    #[inline]
+    fn proceed(&mut self, previous: &[Transition], from: usize, current: &mut [Transition], at: usize) {
+        let (Some(above), Some(here)) = (previous.get(from), current.get_mut(at)) else { return };
+        let joined = above.label != NONE && self.outlines.any_joined();
+        let label = if joined { self.outlines.root(above.label) } else { above.label };
         here.label = label;
-        // Dark begins at the even transitions.
-        self.add_transition(label, if at.is_multiple_of(2) { -1 } else { 1 }, here.x);
-        if above.x.abs_diff(here.x) <= MAX_ROW_STEP
-            && let Some(crossing) = self.row_crossing(here.x, [before, after])
-        {
-            self.keep(label, crossing);
+        match self.outlines.get_mut(label) {
+            Some(outline) if !outline.lossy => self.follow(above.x, current, at),
+            // Of what lost a part only the box is of use.
+            Some(outline) => outline.reach(here.x, self.window.y),
+            None => (),
         }
-        if above.x != here.x {
-            self.keep_column_crossings(label, above.x.min(here.x), above.x.max(here.x));
+    }
+
+    /// The same for an outline of which nothing is lost; in the row above it was at column `above`.
+    #[inline(never)]
+    fn follow(&mut self, above: u16, current: &[Transition], at: usize) {
+        let Some(&Transition { x, label }) = current.get(at) else { return };
+        // Dark begins at the even transitions.
+        self.add_transition(label, if at.is_multiple_of(2) { -1 } else { 1 }, x);
+        if above.abs_diff(x) <= MAX_ROW_STEP {
+            let beside = |at: usize| current.get(at).map(|transition| transition.x);
+            let before = at.checked_sub(1).and_then(beside).unwrap_or(0);
+            let after = beside(at + 1).unwrap_or(self.window.width);
+            if let Some(crossing) = self.window.row_crossing(x, [before, after]) {
+                self.keep(label, crossing);
+            }
+        }
+        if above != x {
+            self.keep_column_crossings(label, above.min(x), above.max(x));
         }
     }
 
     /// An outline begins with the transitions `at` and `at + 1`.
     fn begin(&mut self, current: &mut [Transition], at: usize) {
         let Some([first, second]) = current.get_mut(at..at + 2) else { return };
-        let label = self.outlines.open(first.x, self.y);
+        let label = self.outlines.open(first.x, self.window.y);
+        (first.label, second.label) = (label, label);
         if label == NONE {
             self.dropped.outlines = self.dropped.outlines.saturating_add(1);
+            return;
         }
-        (first.label, second.label) = (label, label);
         let sign = if at.is_multiple_of(2) { -1 } else { 1 };
         self.add_transition(label, sign, first.x);
         self.add_transition(label, -sign, second.x);
@@ -176,10 +155,12 @@ impl<'a, 's> Linker<'a, 's> {
             self.join(a, b);
             (a, 2)
         };
-        if self.y == self.height {
+        if self.window.y == self.window.height {
             self.mark_cut(label);
         }
-        self.keep_column_crossings(label, first.x, second.x);
+        if !self.outlines.get(label).is_some_and(|outline| outline.closes(ends) && outline.is_small()) {
+            self.keep_column_crossings(label, first.x, second.x);
+        }
         self.outlines.end(label, ends);
     }
 
@@ -192,7 +173,7 @@ impl<'a, 's> Linker<'a, 's> {
         if let (Some(moved), Some(outline)) = (moved, self.outlines.get_mut(a)) {
             self.pool.append(&mut outline.crossings, moved);
         }
-        self.outlines.join(a, b, self.y);
+        self.outlines.join(a, b, self.window.y);
         let spoiled = self.outlines.get(a).is_some_and(|o| o.lossy);
         if spoiled {
             self.free_crossings(a);
@@ -201,9 +182,9 @@ impl<'a, 's> Linker<'a, 's> {
     }
 
     fn add_transition(&mut self, label: u16, sign: i32, x: u16) {
-        let cut = x == 0 || x >= self.width || self.y == 0;
+        let cut = x == 0 || x >= self.window.width || self.window.y == 0;
         if let Some(outline) = self.outlines.get_mut(label) {
-            outline.add_transition(sign, x, self.y);
+            outline.add_transition(sign, x, self.window.y);
             if cut {
                 self.mark_cut(label);
             }
@@ -238,157 +219,49 @@ impl<'a, 's> Linker<'a, 's> {
         }
     }
 
-    /// The crossing before column `x` of this row; its neighbours are before the columns `before` and `after`.
-    fn row_crossing(&self, x: u16, [before, after]: [u16; 2]) -> Option<Crossing> {
-        if x < REACH || x + REACH > self.width {
-            return None;
-        }
-        let [_, _, above, row, below, _] = self.near;
-        let near = from_column(row, x - 3)?;
-        let ([a, b], [c, d]) = (from_column(above, x - 1)?, from_column(below, x - 1)?);
-        if !self.is_edge(near.map(i32::from), [*a, *b, *c, *d]) {
-            return None;
-        }
-        // As far from the next crossing as from this one.
-        let clear = |from: u16, to: u16| usize::from(to.saturating_sub(from + 2 * (REACH - 1)));
-        let (left, right) = (usize::from(x - REACH + 1), usize::from(x + REACH - 1));
-        let length = stretch_length(clear(before, x).min(left));
-        let before = row.get(left.checked_sub(length)?..left)?;
-        let after = row.get(right..right + stretch_length(clear(x, after)))?;
-        let before = if tells_light(before.last(), before.first()) {
-            before
-        } else {
-            row.get(left.checked_sub(1)?..left)?
-        };
-        let after = if tells_light(after.first(), after.last()) { after } else { after.get(..1)? };
-        Some(Crossing::new(Axis::Row, (x, self.y), *near, [before, after].map(Stretch::new)))
-    }
-
-    /// Keeps the crossings between the row above and this one in the columns `from..to`.
+    /// Keeps the crossings between the row above and this one in the columns `from..to`, as long as the outline keeps any.
     fn keep_column_crossings(&mut self, label: u16, from: u16, to: u16) {
-        if self.y < REACH || self.y + REACH > self.height {
-            return;
-        }
-        let columns = usize::from(from.max(1))..usize::from(to);
-        let around = columns.start - 1..columns.end + 1;
-        let [r0, r1, r2, r3, r4, r5] = self.near;
-        let (Some(r1), Some(r2)) = (r1.get(columns.clone()), r2.get(around.clone())) else { return };
-        let (Some(r3), Some(r4)) = (r3.get(around), r4.get(columns)) else { return };
-        let near = r1.iter().zip(r2.windows(3)).zip(r3.windows(3).zip(r4));
-        for (x, ((n1, r2), (r3, n4))) in (from.max(1)..).zip(near) {
-            let (&[a, n2, c], &[b, n3, d]) = (r2, r3) else { continue };
-            let [n0, n5] = [r0, r5].map(|row| row.get(usize::from(x)).copied().unwrap_or(0));
-            let near = [n0, *n1, n2, n3, *n4, n5];
-            if self.is_edge(near.map(i32::from), [a, b, c, d]) {
-                let far = [Side::Above, Side::Below].map(|side| self.column_stretch(x, side));
-                self.keep(label, Crossing::new(Axis::Column, (x, self.y), near, far));
+        for x in self.window.columns(from, to) {
+            if !self.outlines.get(label).is_some_and(|outline| !outline.lossy) {
+                return;
+            }
+            if let Some(crossing) = self.window.column_crossing(x) {
+                self.keep(label, crossing);
             }
         }
-    }
-
-    /// The stretch in column `x`, as far as its levels are those of an even surface and its rows are there.
-    fn column_stretch(&self, x: u16, side: Side) -> Stretch {
-        let row = usize::from(self.y - self.first);
-        let above = self.rows.get(..=row).unwrap_or(&[]).iter().rev();
-        let below = self.rows.get(row + usize::from(2 * REACH - 1)..).unwrap_or(&[]).iter();
-        let mut levels = [0; FAR_ROWS];
-        let mut len = 0;
-        let mut add = |row: &&[u8]| {
-            let level = row.get(usize::from(x)).copied().unwrap_or(0);
-            let [first, ..] = levels;
-            let flat = len == 0 || i32::from(level.abs_diff(first)) < self.min_step;
-            if flat && let Some(slot) = levels.get_mut(len) {
-                *slot = level;
-                len += 1;
-            }
-            flat
-        };
-        match side {
-            Side::Above => above.take(usize::from(self.y - REACH + 1).min(FAR_ROWS)).all(&mut add),
-            Side::Below => {
-                let there = self.pushed.saturating_sub(self.y + REACH - 1);
-                below.take(usize::from(there).min(FAR_ROWS)).all(&mut add)
-            }
-        };
-        let levels = levels.get(..stretch_length(len)).unwrap_or(&[]);
-        Stretch::new(if tells_light(levels.first(), levels.last()) {
-            levels
-        } else {
-            levels.get(..1).unwrap_or(&[])
-        })
-    }
-
-    /// Whether the levels change enough along a crossing's axis, and across it not clearly more: then the other axis is
-    /// the better one.
-    fn is_edge(&self, near: [i32; NEAR], across: [u8; 4]) -> bool {
-        let difference = |[a, b, c, d]: [i32; 4]| (c + d - a - b).abs();
-        let [_, a, b, c, d, _] = near;
-        let along = difference([a, b, c, d]);
-        along >= self.min_step && 4 * difference(across.map(i32::from)) <= MAX_ACROSS * along
     }
 
     fn keep(&mut self, label: u16, crossing: Crossing) {
-        loop {
-            let Some(outline) = self.outlines.get_mut(label).filter(|o| !o.lossy) else { return };
+        while let Some(outline) = self.outlines.get_mut(label).filter(|outline| !outline.lossy) {
             if self.pool.push(&mut outline.crossings, crossing) {
-                return self.bound_cut(label);
+                if outline.cut {
+                    self.bound_cut(label);
+                }
+                return;
             }
-            // A target that the frame cuts is worth less than a whole one.
-            if let Some(cut) = self.outlines.largest(|o| o.cut) {
-                self.give_up(cut);
-                continue;
-            }
-            self.dropped.crossings = self.dropped.crossings.saturating_add(1);
-            // The outline with the most crossings pays: one large piece of clutter, not many small targets.
-            match self.outlines.largest(|_| true) {
-                Some(largest) => self.give_up(largest),
-                None => return self.give_up(label),
-            }
+            self.make_room(label);
         }
     }
-}
 
-/// Levels from either end of the scale that noise clips, grey levels.
-const END: u8 = 4;
-
-/// Where a stretch of a crossing on a column lies.
-#[derive(Clone, Copy)]
-enum Side {
-    Above,
-    Below,
-}
-
-/// Most rows on either side for a stretch on a column.
-const FAR_ROWS: usize = 4;
-
-/// Whether the scale does not end within a stretch, of which these are the nearest and the farthest level: there only the
-/// nearest pixel tells the light.
-fn tells_light(nearest: Option<&u8>, farthest: Option<&u8>) -> bool {
-    let clipped = |level: Option<&u8>| level.is_some_and(|level| !(END..=255 - END).contains(level));
-    clipped(nearest) || !clipped(farthest)
-}
-
-/// Pixels of `row` from column `x` on.
-fn from_column<const N: usize>(row: &[u8], x: u16) -> Option<&[u8; N]> {
-    row.get(usize::from(x)..)?.first_chunk()
+    /// Gives up an outline for the crossings of outline `label`.
+    #[cold]
+    fn make_room(&mut self, label: u16) {
+        // A target that the frame cuts is worth less than a whole one.
+        if let Some(cut) = self.outlines.largest(|o| o.cut) {
+            return self.give_up(cut);
+        }
+        self.dropped.crossings = self.dropped.crossings.saturating_add(1);
+        // The outline with the most crossings pays: one large piece of clutter, not many small targets.
+        self.give_up(self.outlines.largest(|_| true).unwrap_or(label));
+    }
 }
 
 /// First and one past the last column of a dark run.
 type Run = (u16, u16);
 
-fn run(list: &[Transition], i: usize) -> Option<Run> {
-    match list.get(2 * i..2 * i + 2) {
-        Some([first, second]) => Some((first.x, second.x)),
-        _ => None,
-    }
-}
+/// Right of all runs.
+const NO_RUN: Run = (u16::MAX, u16::MAX);
 
-/// Whether `run` exists and nothing of `other` touches it or lies left of it.
-fn lies_left(run: Option<Run>, other: Option<Run>) -> bool {
-    run.is_some_and(|run| other.is_none_or(|other| run.1 < other.0))
-}
-
-/// Whether `next`, which lies right of all that was linked, touches `run`.
-fn touches(next: Option<Run>, run: Option<Run>) -> bool {
-    next.is_some_and(|next| run.is_some_and(|run| next.0 <= run.1))
+fn run(list: &[Transition], i: usize) -> Run {
+    list.as_chunks().0.get(i).map_or(NO_RUN, |[first, second]| (first.x, second.x))
 }

@@ -19,6 +19,7 @@ mod runs;
 mod strips;
 #[cfg(test)]
 mod tests;
+mod window;
 
 #[cfg(test)]
 pub(crate) use crossings::Stretch;
@@ -31,6 +32,7 @@ pub(crate) use strips::{STRIP, STRIP_WIDTHS};
 
 use crate::region::Regions;
 use crate::reject::Dropped;
+use crate::settings::Settings;
 use crate::storage::Buffers;
 use link::Linker;
 use runs::{Budget, TransitionList};
@@ -86,16 +88,16 @@ impl<'s> Scanner<'s> {
         self.rows.pushed()
     }
 
-    /// Forgets everything and prepares for a frame of `width` <= `capacity()` with at most one run for `px_per_run` pixels.
-    pub fn begin(&mut self, width: u16, height: u16, px_per_run: u16) {
+    /// Forgets everything and prepares for a frame of `width` <= `capacity()` as the settings want it.
+    pub fn begin(&mut self, width: u16, height: u16, settings: &Settings) {
         self.rows.begin(width, height);
-        self.strips.begin(width);
+        self.strips.begin(width, settings.spec.polarity());
         self.previous.clear();
         self.current.clear();
         self.outlines.clear();
         self.pool.clear();
         self.dropped = Dropped::default();
-        self.budget = Budget::new(width, px_per_run);
+        self.budget = Budget::new(width, settings.px_per_run);
         self.linked = 0;
     }
 
@@ -152,7 +154,8 @@ impl<'s> Scanner<'s> {
         if below != first / BLOCK_ROWS as u16 {
             return;
         }
-        self.strips.resolve(&self.rows);
+        let dropped = self.strips.resolve(&self.rows, &self.budget);
+        self.dropped.runs = self.dropped.runs.saturating_add(dropped);
         let last = (first + BLOCK_ROWS as u16).min(self.rows.height());
         self.link_rows(first, last);
     }

@@ -5,6 +5,9 @@ use crate::settings::limits;
 
 /// Ranges of half grey levels told apart.
 const RANGES: usize = 32;
+/// Of fewer cells the one in eight that is lowest may by chance be far below what it is of many: room for two standard
+/// deviations of its number.
+const FEW_CELLS: u16 = 32;
 /// Fractional bits of the figure.
 const NOISE_BITS: u32 = 4;
 
@@ -56,7 +59,8 @@ impl Noise {
         if self.count == 0 {
             return;
         }
-        let wanted = self.count / 8 + 1;
+        let room = if self.count < FEW_CELLS { 2 * self.count.isqrt() / 3 } else { 0 };
+        let wanted = self.count / 8 + 1 + room;
         let mut seen = 0;
         // Where all have wider ranges there is no noise to be seen for all the edges.
         let mut figure = self.figure;

@@ -1,8 +1,10 @@
 //! The table of outlines: exact moments, bounding boxes, and what became of each.
 
 use super::crossings::CrossingList;
+use crate::abilities::ARCS;
 use crate::fit::Shape;
 use crate::math;
+use crate::settings::limits;
 
 /// No outline, no crossing.
 pub(crate) const NONE: u16 = u16::MAX;
@@ -131,9 +133,8 @@ pub(crate) struct Outline {
     pub inner: u16,
     /// Row after which nothing concentric can close around it.
     pub ready: u16,
-    /// Only arcs of it are seen; its moments and box are those of the whole ellipse.
+    /// See [`is_partial`](Self::is_partial) and [`is_open`](Self::is_open).
     pub partial: bool,
-    /// Nothing lies in its gap: it is open by itself.
     pub open: bool,
     /// Touches the frame's border.
     pub cut: bool,
@@ -162,6 +163,16 @@ impl Outline {
         lossy: false,
     };
 
+    /// Whether only arcs of it are seen; its moments and box are those of the whole ellipse.
+    pub fn is_partial(&self) -> bool {
+        ARCS && self.partial
+    }
+
+    /// Whether nothing lies in its gap: it is open by itself.
+    pub fn is_open(&self) -> bool {
+        ARCS && self.open
+    }
+
     pub fn width(&self) -> u16 {
         self.right.saturating_sub(self.left)
     }
@@ -170,10 +181,25 @@ impl Outline {
         (self.bottom + 1).saturating_sub(self.top)
     }
 
+    /// Whether it is too small for a circle: nobody asks for its moments and crossings.
+    pub fn is_small(&self) -> bool {
+        self.width().min(self.height()) < limits::MIN_EXTENT
+    }
+
+    /// Whether it closes when so many ends meet.
+    pub fn closes(&self, ends: u16) -> bool {
+        self.ends <= ends
+    }
+
     /// Adds a transition at `(x, y)`; `sign` is +1 where dark turns light.
     pub fn add_transition(&mut self, sign: i32, x: u16, y: u16) {
         self.moments.add_transition(sign, i32::from(x) - i32::from(self.first), y.into());
         self.balance = self.balance.wrapping_add(sign as i8);
+        self.reach(x, y);
+    }
+
+    /// Extends its box to a transition at `(x, y)`.
+    pub fn reach(&mut self, x: u16, y: u16) {
         self.left = self.left.min(x);
         self.right = self.right.max(x);
         self.bottom = y;
@@ -299,7 +325,9 @@ impl<'s> Outlines<'s> {
             return;
         }
         outline.next = NONE;
-        outline.moments.close(outline.first.into());
+        if !outline.lossy && !outline.is_small() {
+            outline.moments.close(outline.first.into());
+        }
         // In the order of their closing, because an inner outline must be known before the one around it.
         let (first, last) = self.closed;
         match self.get_mut(last) {

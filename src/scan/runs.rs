@@ -1,5 +1,6 @@
 //! Where a row passes the threshold.
 
+use super::rows::BLOCK_ROWS;
 use super::strips::{STRIP, Strips};
 
 /// A run: a longest stretch of dark pixels in a row.
@@ -59,8 +60,7 @@ impl<'s> TransitionList<'s> {
     /// Takes the dark runs of row `row` of the block in work, in a frame of this width, as far as the budget allows. Returns
     /// how many were dropped.
     pub fn fill(&mut self, strips: &Strips<'_>, row: usize, width: u16, budget: &mut Budget) -> u32 {
-        let most_of_strip = budget.most_of_strip();
-        let (mut found, mut dropped) = (0, 0);
+        let mut found = 0;
         let mut push = |at: usize, x: u16| {
             if let Some(slot) = self.data.get_mut(at) {
                 slot.x = x;
@@ -70,17 +70,12 @@ impl<'s> TransitionList<'s> {
         let mut before = 0;
         for (x, dark) in strips.dark(row) {
             let mut changes = dark ^ (dark << 1 | before);
-            let (first, side) = (found, before);
             before = dark >> (STRIP - 1);
             while changes != 0 {
                 // What is beyond the frame repeats its last pixel, but may be of another cell.
                 push(found, (x + changes.trailing_zeros() as u16).min(width));
                 changes &= changes - 1;
                 found += 1;
-            }
-            if found - first > most_of_strip {
-                dropped += found - first;
-                (found, before) = (first, side);
             }
         }
         if before != 0 {
@@ -90,7 +85,7 @@ impl<'s> TransitionList<'s> {
         // Runs are dropped whole, so that the list stays even.
         self.len = found.min(self.data.len()).min(budget.most_of_row()) & !1;
         budget.take(width, self.len / 2);
-        (dropped.div_ceil(2) + (found - self.len) / 2) as u32
+        (found - self.len) as u32 / 2
     }
 }
 
@@ -106,9 +101,9 @@ pub(crate) struct Budget {
 
 /// Rows whose pixels can be saved up: the targets of a board can begin in the same row.
 const SAVED_ROWS: u32 = 64;
-/// Most transitions of a strip's row while more than a half, a quarter, an eighth of the budget is left, and below. More are
-/// noise or print too fine for the pixels; a small target has four.
-const MOST_OF_STRIP: [usize; 4] = [12, 8, 6, 4];
+/// Most transitions of a strip's block while more than a half, a quarter, an eighth of the budget is left, and below. More are
+/// noise or print too fine for the pixels; a small target has four in a row.
+const MOST_OF_STRIP: [u32; 4] = [48, 32, 24, 16];
 
 impl Budget {
     pub const NONE: Self = Self { px_per_run: 0, left: 0, most: 0 };
@@ -118,16 +113,23 @@ impl Budget {
         Self { px_per_run: px_per_run.into(), left: most, most }
     }
 
-    /// Most transitions of a strip's row.
-    fn most_of_strip(&self) -> usize {
+    /// Most transitions in the four rows of a strip.
+    fn most_of_strip(&self) -> u32 {
         let [plenty, half, quarter, eighth] = MOST_OF_STRIP;
         match self.left {
-            _ if self.px_per_run == 0 => STRIP,
+            _ if self.px_per_run == 0 => u32::MAX,
             left if left > self.most / 2 => plenty,
             left if left > self.most / 4 => half,
             left if left > self.most / 8 => quarter,
             _ => eighth,
         }
+    }
+
+    /// The runs that are dropped with a strip that has these dark pixels; none if it is not too busy.
+    pub fn dropped_of_strip(&self, dark: [u32; BLOCK_ROWS]) -> Option<u32> {
+        let changes = dark.map(|dark| ((dark ^ dark >> 1) & (u32::MAX >> 1)).count_ones());
+        let changes = changes.iter().sum();
+        (changes > self.most_of_strip()).then_some(u32::div_ceil(changes, 2))
     }
 
     /// Most transitions of a row.

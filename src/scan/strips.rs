@@ -13,12 +13,17 @@
 use super::kernel::{self, Line, MOST, ONES, TOP, WORDS};
 use super::noise::Noise;
 use super::rows::{BLOCK_ROWS, Rows};
+use super::runs::Budget;
 use crate::region::Regions;
+use crate::settings::Polarity;
 
 mod given;
 mod inside;
 #[cfg(test)]
 mod tests;
+mod threshold;
+
+use threshold::{Columns, column, thresholds};
 
 /// Width of a strip, px.
 pub(crate) const STRIP: usize = 4 * WORDS;
@@ -68,13 +73,17 @@ const ACTIVE: u32 = RESTLESS | STEP_RIGHT | STEP_LEFT;
 pub(super) type Extremes = [u32; 2];
 /// Those of nothing.
 const NOTHING: Extremes = [MOST, 0];
-/// A strip of which nothing is known; a frame and a region start light.
-const UNKNOWN: Strip = {
+/// A strip of which nothing is known, on paper for targets of this polarity: until an edge tells better, what is flat is
+/// taken for the paper.
+fn unknown(targets: Polarity) -> Strip {
     let ([low, high], mut strip) = (NOTHING, [0; SIZE]);
     (strip[LOW], strip[LOW + 1], strip[LOW + 2]) = (low, low, low);
     (strip[HIGH], strip[HIGH + 1], strip[HIGH + 2]) = (high, high, high);
+    if targets == Polarity::Light {
+        (strip[THRESHOLDS], strip[FLAGS]) = (MOST, SIDE);
+    }
     strip
-};
+}
 /// No strip.
 const END: u32 = u32::MAX;
 /// No [`SIDE`]: an active strip ends differently in each row.
@@ -91,6 +100,7 @@ pub(crate) struct Strips<'s> {
     /// The first strip that is of interest in the block in work.
     first: u32,
     noise: Noise,
+    targets: Polarity,
     /// Whether the dark pixels come from elsewhere, and the word of a strip that has those of the first row of the block.
     given: bool,
     dark: usize,
@@ -99,13 +109,25 @@ pub(crate) struct Strips<'s> {
 impl<'s> Strips<'s> {
     pub fn new(data: &'s mut [u32]) -> Self {
         let noise = Noise::NONE;
-        Self { data, count: 0, blocks: 0, calm_blocks: 0, first: END, noise, given: false, dark: DARK }
+        let targets = Polarity::Dark;
+        Self {
+            data,
+            count: 0,
+            blocks: 0,
+            calm_blocks: 0,
+            first: END,
+            noise,
+            targets,
+            given: false,
+            dark: DARK,
+        }
     }
 
-    pub fn begin(&mut self, width: u16) {
+    pub fn begin(&mut self, width: u16, targets: Polarity) {
         self.count = usize::from(width).div_ceil(STRIP);
         (self.blocks, self.first, self.given, self.dark) = (0, END, false, DARK);
-        self.all_mut().fill(UNKNOWN);
+        self.targets = targets;
+        self.all_mut().fill(unknown(targets));
     }
 
     fn all_mut(&mut self) -> &mut [Strip] {
@@ -225,14 +247,16 @@ impl<'s> Strips<'s> {
         }
     }
 
-    /// Moves the thresholds to the block above the newest measured, and finds the dark pixels of its rows.
-    pub fn resolve(&mut self, rows: &Rows<'_>) {
+    /// Moves the thresholds to the block above the newest measured, and finds the dark pixels of its rows. Strips that are too
+    /// busy for the budget are left out; returns how many runs were dropped with them.
+    pub fn resolve(&mut self, rows: &Rows<'_>, budget: &Budget) -> u32 {
         if self.given {
-            return self.resolve_given();
+            return self.resolve_given(budget);
         }
         if self.first == END && self.calm_blocks > 2 {
-            return;
+            return 0;
         }
+        let mut dropped = 0;
         let first = self.blocks.saturating_sub(2) * BLOCK_ROWS as u16;
         let lines = [0, 1, 2, 3].map(|i| rows.lines(first + i));
         // A frame is light outside.
@@ -243,7 +267,12 @@ impl<'s> Strips<'s> {
             let Some(strip) = self.all_mut().get_mut(at) else { break };
             let flags = strip[FLAGS];
             if flags & ACTIVE != 0 {
-                self.resolve_active(at, &mut columns, lines.map(|row| row.get(at)));
+                i = at + 1;
+                let dark = self.resolve_active(at, &mut columns, lines.map(|row| row.get(at)));
+                if let Some(runs) = budget.dropped_of_strip(dark) {
+                    dropped += runs;
+                    continue;
+                }
                 side = BOTH;
             } else {
                 side = flags & SIDE;
@@ -253,6 +282,7 @@ impl<'s> Strips<'s> {
             last = at as u32;
             i = at + 1;
         }
+        dropped
     }
 
     /// The first strip from `from` on that is not all on the side `side`.
@@ -261,8 +291,13 @@ impl<'s> Strips<'s> {
         Some(from + strips.iter().position(|strip| strip[FLAGS] & (ACTIVE | SIDE) != side)?)
     }
 
-    /// The same for a strip that has edges.
-    fn resolve_active(&mut self, i: usize, columns: &mut Columns, lines: [Option<&Line>; BLOCK_ROWS]) {
+    /// The same for a strip that has edges. Returns its dark pixels.
+    fn resolve_active(
+        &mut self,
+        i: usize,
+        columns: &mut Columns,
+        lines: [Option<&Line>; BLOCK_ROWS],
+    ) -> [u32; BLOCK_ROWS] {
         let column = |i: Option<usize>| i.and_then(|i| self.get(i)).map_or(NOTHING, column);
         if columns.at == i && i > 0 {
             let [_, left, here] = columns.extremes;
@@ -273,13 +308,12 @@ impl<'s> Strips<'s> {
         columns.at = i + 1;
         let [low, high] = columns.about();
         let contrast = self.noise.contrast;
-        let Some(strip) = self.all_mut().get_mut(i) else { return };
+        let Some(strip) = self.all_mut().get_mut(i) else { return [0; BLOCK_ROWS] };
         let thresholds = thresholds(strip[THRESHOLDS], low, high, contrast);
         strip[THRESHOLDS] = thresholds;
         let from = thresholds.to_le_bytes().map(|threshold| TOP - u32::from(threshold) * ONES);
-        for (dark, line) in strip[DARK..WINDOW].iter_mut().zip(lines) {
-            *dark = line.map_or(0, |line| kernel::dark(line, &from));
-        }
+        let dark = lines.map(|line| line.map_or(0, |line| kernel::dark(line, &from)));
+        strip[DARK..WINDOW].copy_from_slice(&dark);
         strip[FLAGS] &= !SIDE;
         match kernel::at_least(strip[LOW + 2], thresholds) {
             0 => strip[FLAGS] |= SIDE,
@@ -287,6 +321,7 @@ impl<'s> Strips<'s> {
             // Not to be left alone.
             _ => strip[WINDOW] = 0,
         }
+        dark
     }
 
     /// Puts strip `i` after `last` in the list of those that are of interest.
@@ -355,45 +390,4 @@ fn take(strip: &mut Strip, [low, high]: Extremes, contrast: u8) {
     let middle = (least + most).div_ceil(2);
     let first = middle.saturating_sub((contrast - 1) / 2);
     strip[WINDOW] = if most - least < contrast { TOP - u32::from(first) * ONES } else { 0 };
-}
-
-/// The extremes of three blocks.
-fn column(strip: &Strip) -> Extremes {
-    let [a, b, c, d, e, f, ..] = *strip;
-    [kernel::min(a, kernel::min(b, c)), kernel::max(d, kernel::max(e, f))]
-}
-
-/// The columns of the strips left of a strip, of itself, and right of it.
-struct Columns {
-    extremes: [Extremes; 3],
-    /// The strip after it.
-    at: usize,
-}
-
-impl Columns {
-    const NONE: Self = Self { extremes: [NOTHING; 3], at: usize::MAX };
-
-    /// For each cell the extremes of the three columns about it.
-    fn about(&self) -> Extremes {
-        let [[l0, h0], [l1, h1], [l2, h2]] = self.extremes;
-        let beside = |left: u32, here: u32, right: u32| (here << 8 | left >> 24, here >> 8 | right << 24);
-        let ((la, lb), (ha, hb)) = (beside(l0, l1, l2), beside(h0, h1, h2));
-        [kernel::min(l1, kernel::min(la, lb)), kernel::max(h1, kernel::max(ha, hb))]
-    }
-}
-
-/// The middle between `low` and `high`, or in flat surroundings the threshold `held`, kept at a distance from them on the
-/// side where it is; all for four cells.
-fn thresholds(held: u32, low: u32, high: u32, contrast: u8) -> u32 {
-    let contrast = u32::from(contrast) * ONES;
-    // All sums and differences stay within their bytes.
-    let middle = (low + high + ONES) >> 1 & MOST;
-    let distance = kernel::max((middle >> 3) & (0x0f * ONES), (contrast >> 1) & MOST);
-    let above = middle + distance;
-    let above = kernel::select(kernel::spread(above), MOST, above & MOST);
-    let below = (middle | TOP) - distance;
-    let below = below & kernel::spread(below);
-    let (up, down) = (kernel::max(held, above), kernel::min(held, below));
-    let kept = kernel::select(kernel::at_least(middle, held), down, up);
-    kernel::select(kernel::at_least(high - low, contrast), middle, kept)
 }

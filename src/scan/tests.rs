@@ -4,6 +4,7 @@ extern crate std;
 
 use super::{Crossing, KEPT_BLOCKS, Outline, Scanner, Transition};
 use crate::region::Regions;
+use crate::settings::{Settings, TargetSpec};
 use crate::storage::Buffers;
 use std::collections::{BTreeMap, BTreeSet};
 use std::vec;
@@ -171,7 +172,7 @@ fn scanned(scanner: &mut Scanner<'_>, (width, height, pixels): &(usize, usize, V
             scanner.outlines.free(label);
         }
     };
-    scanner.begin(*width as u16, *height as u16, 0);
+    scanner.begin(*width as u16, *height as u16, &Settings::new(TargetSpec::any()).px_per_run(0));
     for row in pixels.chunks_exact(*width) {
         scanner.push_row(row, &mut Regions::all());
         take(scanner);
@@ -210,7 +211,7 @@ fn moments_of_the_largest_disc_in_the_far_corner_are_exact() {
     let inside = |x: i64, y: i64| (x - 3085) * (x - 3085) + (y - 3085) * (y - 3085) <= 1000 * 1000;
     let mut memory = Memory::new(width);
     let mut scanner = memory.scanner();
-    scanner.begin(width as u16, height as u16, 0);
+    scanner.begin(width as u16, height as u16, &Settings::new(TargetSpec::any()).px_per_run(0));
     let mut expected = [0i64; 6];
     for y in 0..height as i64 {
         let row: Vec<u8> = (0..width as i64).map(|x| if inside(x, y) { 30 } else { 200 }).collect();
@@ -241,7 +242,7 @@ fn closed_outlines_come_in_the_order_of_their_closing() {
     let pixels = (0..width * height).map(level).collect();
     let mut memory = Memory::new(width);
     let mut scanner = memory.scanner();
-    scanner.begin(width as u16, height as u16, 0);
+    scanner.begin(width as u16, height as u16, &Settings::new(TargetSpec::any()).px_per_run(0));
     let mut bottoms = vec![];
     let rows: Vec<u8> = pixels;
     for row in rows.chunks_exact(width) {

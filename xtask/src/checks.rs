@@ -3,6 +3,7 @@
 use anyhow::Result;
 
 use crate::Root;
+use crate::bench::FEATURES;
 use crate::steps::Tally;
 
 /// Is the code formatted?
@@ -15,17 +16,22 @@ pub fn fmt(root: &Root, tally: &mut Tally) -> Result<()> {
     Ok(())
 }
 
-/// Clippy on everything that compiles for the host; on the library with every feature and with none.
+/// Clippy on everything that compiles for the host; on the library with every feature, with none, and with each that takes
+/// flash alone.
 pub fn lint(root: &Root, tally: &mut Tally) -> Result<()> {
-    let selections: [&[&str]; 3] = [
-        &["--workspace", "--all-targets"],
-        &["--package", "concentric", "--all-features"],
-        &["--package", "concentric", "--no-default-features"],
-    ];
-    for selection in selections {
+    let selections =
+        [vec!["--workspace", "--all-targets"], vec!["--package", "concentric", "--all-features"], lean(None)];
+    for selection in selections.into_iter().chain(FEATURES.map(|feature| lean(Some(feature)))) {
         tally.run(root.cargo(&["clippy", "--quiet"]).args(selection).args(["--", "-D", "warnings"]));
     }
     Ok(())
+}
+
+/// Selects the library with this feature only, or with none.
+fn lean(feature: Option<&'static str>) -> Vec<&'static str> {
+    let mut selection = vec!["--package", "concentric", "--no-default-features"];
+    selection.extend(feature.into_iter().flat_map(|feature| ["--features", feature]));
+    selection
 }
 
 /// Documentation of the library with every feature, and of the desktop side.
@@ -36,7 +42,12 @@ pub fn doc(root: &Root, tally: &mut Tally) -> Result<()> {
     Ok(())
 }
 
-/// Every test of the workspace, optimised as it is used.
+/// Every test of the workspace, optimised as it is used; those of the library also with none of the features that take flash
+/// and with each alone.
 pub fn host(root: &Root, tally: &mut Tally) -> Result<()> {
-    tally.run_tests(&mut root.cargo(&["test", "--release", "--workspace", "--no-fail-fast"]))
+    tally.run_tests(&mut root.cargo(&["test", "--release", "--workspace", "--no-fail-fast"]))?;
+    for feature in [None].into_iter().chain(FEATURES.map(Some)) {
+        tally.run_tests(root.cargo(&["test", "--release", "--lib"]).args(lean(feature)))?;
+    }
+    Ok(())
 }

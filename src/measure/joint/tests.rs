@@ -58,7 +58,7 @@ fn crossings(model: &Model) -> Vec<(usize, Crossing)> {
                             + 3.0 * libm::sinf(step + line as f32),
                     ) as u8
                 });
-                let far = [near[0], near[5]].map(|level| Stretch::new(&[level]));
+                let far = [near[0], near[5]].map(|level| Stretch::of(&[level], 0));
                 let (x, y) = along(first);
                 let place = ((x as i32 + 500) as u16, (y as i32 + 500) as u16);
                 all.push((k, Crossing::new(axis, place, near, far)));

@@ -4,6 +4,7 @@
 
 use super::{END, STRIP, Strips};
 use crate::scan::rows::BLOCK_ROWS;
+use crate::scan::runs::Budget;
 use crate::scan::{Run, RunError};
 
 /// Rows that wait.
@@ -51,17 +52,23 @@ impl Strips<'_> {
         self.blocks += 1;
     }
 
-    /// Lists the strips of the block above the newest in which a row changes sides.
-    pub(super) fn resolve_given(&mut self) {
+    /// Lists the strips of the block above the newest in which a row changes sides, but for those that are too busy for the
+    /// budget. Returns how many runs were dropped with them.
+    pub(super) fn resolve_given(&mut self, budget: &Budget) -> u32 {
+        let mut dropped = 0;
         self.dark = usize::from(self.blocks) % 2 * BLOCK_ROWS;
         let (mut side, mut last) = (Some(0), END);
         self.first = END;
         for i in 0..self.count {
-            let Some([a, b, c, d]) =
-                self.get(i).and_then(|strip| strip.get(self.dark..)?.first_chunk()).copied()
+            let Some(dark) = self.get(i).and_then(|strip| strip.get(self.dark..)?.first_chunk()).copied()
             else {
-                return;
+                break;
             };
+            if let Some(runs) = budget.dropped_of_strip(dark) {
+                dropped += runs;
+                continue;
+            }
+            let [a, b, c, d] = dark;
             // All on one side, or on both.
             let here = (a == b && a == c && a == d && (a == 0 || a == !0)).then_some(a);
             if here.is_none() || here != side {
@@ -69,6 +76,7 @@ impl Strips<'_> {
                 (last, side) = (i as u32, here);
             }
         }
+        dropped
     }
 }
 

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use super::{HIGH, LOW, NOTHING, SIZE, STRIP, Strip, Strips, UNKNOWN, UNTIL, WINDOW, age};
+use super::{HIGH, LOW, NOTHING, SIZE, STRIP, Strip, Strips, UNTIL, WINDOW, age, unknown};
 
 impl Strips<'_> {
     /// The strips that have one of the columns from `left` to `right` are looked at before block `until`.
@@ -15,14 +15,14 @@ impl Strips<'_> {
 
     /// Closes the strips that have left their region: first as at the lower border of a frame, then for good.
     pub(super) fn leave(&mut self) {
-        let block = u32::from(self.blocks);
+        let (block, closed) = (u32::from(self.blocks), unknown(self.targets));
         for strip in self.all_mut() {
             if strip[UNTIL] == block {
                 age(strip);
                 [strip[LOW + 2], strip[HIGH + 2]] = NOTHING;
                 strip[WINDOW] = 0;
             } else if strip[UNTIL] + 1 == block {
-                *strip = UNKNOWN;
+                *strip = closed;
             }
         }
     }

@@ -7,6 +7,7 @@ use anyhow::{Context, Result};
 
 use crate::Root;
 
+use super::features;
 use super::page::page;
 use super::results::{Measured, Results};
 
@@ -52,6 +53,7 @@ pub fn write(root: &Root, results: &Results) -> Result<()> {
     fs::create_dir_all(path.parent().context("no folder")?)?;
     fs::write(&path, serde_json::to_string_pretty(&all)? + "\n")?;
     fs::write(page_path(root), page(&all))?;
+    features::write(root, &all)?;
     println!("wrote {}", path.display());
     Ok(())
 }
@@ -61,6 +63,21 @@ pub fn regressions(baseline: &Results, now: &Measured) -> Vec<String> {
     let Some(then) = baseline.of(&now.processor) else {
         return vec![format!("{} is not in the baseline; `--bless` takes it up", now.processor)];
     };
+    let mut found = differences(then, now);
+    if let Some(now) = &now.lean {
+        found.extend(match &then.lean {
+            Some(then) => {
+                differences(then, now).iter().map(|text| format!("without features: {text}")).collect()
+            }
+            None => {
+                vec!["the library without features is not in the baseline; `--bless` takes it up".to_owned()]
+            }
+        });
+    }
+    found
+}
+
+fn differences(then: &Measured, now: &Measured) -> Vec<String> {
     let slack = if then.compiler == now.compiler { SLACK } else { SLACK_OF_COMPILERS };
     let mut found = Vec::new();
     let mut compare = |name: &str, then: u64, now: u64| {

@@ -1,6 +1,7 @@
 //! `cargo xtask bench`: instructions and bytes of the library on five processors.
 
 mod baseline;
+mod features;
 mod goals;
 mod page;
 mod processor;
@@ -19,6 +20,7 @@ use crate::stack;
 use crate::steps::{Tally, output_of};
 use processor::{ALL, Processor};
 use results::{Measured, Results};
+pub use run::FEATURES;
 use run::{Job, counter};
 
 const HELP: &str = "\
@@ -115,18 +117,24 @@ fn measure(root: &Root, processors: &[Processor], quick: bool) -> Result<Results
     let emulator = output_of(Command::new(processors[0].emulator.program()).arg("--version"));
     let emulator = emulator.and_then(|text| text.lines().next().map(str::to_owned)).unwrap_or_default();
     let job = Job::prepare(root, quick)?;
-    let measured = processors
-        .iter()
-        .map(|processor| job.measure(root, processor, !quick).with_context(|| processor.name.to_owned()));
+    let lean = Job::prepare_lean(root)?;
+    let measured = processors.iter().map(|processor| {
+        let measure =
+            |job: &Job| job.measure(root, processor, !quick).with_context(|| processor.name.to_owned());
+        Ok(Measured { lean: Some(Box::new(measure(&lean)?)), ..measure(&job)? })
+    });
     Ok(Results { emulator, processors: measured.collect::<Result<_>>()? })
 }
 
 fn check(root: &Root, results: &Results, tally: &mut Tally) -> Result<()> {
     let baseline = baseline::read(root)?;
     for measured in &results.processors {
-        for (name, is_good) in proofs(measured) {
-            let name = || anyhow!("{}: {name}", measured.processor);
-            tally.check(if is_good { Ok(()) } else { Err(name()) });
+        let lean = measured.lean.iter().map(|lean| (lean.as_ref(), " without features"));
+        for (measured, kind) in lean.chain([(measured, "")]) {
+            for (name, is_good) in proofs(measured) {
+                let name = || anyhow!("{}{kind}: {name}", measured.processor);
+                tally.check(if is_good { Ok(()) } else { Err(name()) });
+            }
         }
         let worse = baseline::regressions(&baseline, measured);
         let verdict = anyhow!("{} got worse:\n  {}", measured.processor, worse.join("\n  "));

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::features;
 use super::goals::{self, CLASSES};
 use super::processor::{ALL, Processor};
 use super::results::{Counts, Frame, Measured, Results};
@@ -56,20 +57,29 @@ pub fn page(results: &Results) -> String {
     );
     section("Whole frames per second", "The same model, times the clock.", parts(results));
     section("Bytes and proofs", "", bytes(&measured));
+    if measured.iter().any(|(_, m)| !m.features.is_empty()) {
+        let note = "What the library is smaller by without each of its features, compiled for size.";
+        section("Bytes of the features", note, features::table(&measured));
+    }
+    let lean: Vec<(&Processor, &Measured)> =
+        measured.iter().filter_map(|(p, m)| Some((*p, m.lean.as_deref()?))).collect();
+    if !lean.is_empty() {
+        section("Without features", "`default-features = false`.", lean_figures(&lean));
+    }
     section("Where the instructions go", "The functions' own, of all frames together.", functions(&measured));
     section("How it was measured", "", how(results, &measured));
     page
 }
 
 /// A table of Markdown.
-fn table(head: &[String], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+pub fn table(head: &[String], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
     let mut table = line(head) + &line(&head.iter().map(|_| "---".to_owned()).collect::<Vec<_>>());
     table.extend(rows.into_iter().map(|row| line(&row)));
     table
 }
 
-fn head(first: &[&str], measured: &[(&Processor, &Measured)]) -> Vec<String> {
+pub fn head(first: &[&str], measured: &[(&Processor, &Measured)]) -> Vec<String> {
     let names = measured.iter().map(|(processor, _)| processor.name);
     first.iter().copied().chain(names).map(str::to_owned).collect()
 }
@@ -150,6 +160,28 @@ fn bytes(measured: &[(&Processor, &Measured)]) -> String {
         [(*name).to_owned()].into_iter().chain(measured.iter().map(|(_, m)| figure(m))).collect()
     });
     table(&head(&["bytes, or number"], measured), rows)
+}
+
+fn lean_figures(measured: &[(&Processor, &Measured)]) -> String {
+    let instructions = |m: &Measured| m.frame("radius 30", 320).map(|frame| frame.target.instructions);
+    let scan = |m: &Measured| m.frame("60 targets", 320).map(|f| per_pixel(f, f.scan.instructions));
+    let row = |name: &str, figure: &dyn Fn(&Measured) -> Option<String>| {
+        let figures = measured.iter().map(|(_, m)| figure(m).unwrap_or_default());
+        [name.to_owned()].into_iter().chain(figures).collect()
+    };
+    let rows: [Vec<String>; 3] = [
+        row("60 targets, 320 px wide, up to the candidates, instructions per px", &scan),
+        row("one target of radius 30 px, instructions", &|m| Some(instructions(m)?.to_string())),
+        row("60 targets, 320 px wide: found", &|m| Some(m.frame("60 targets", 320)?.targets.to_string())),
+    ];
+    let rest = bytes(measured);
+    let figures = table(&head(&["figure"], measured), rows);
+    figures
+        + &rest
+            .lines()
+            .skip(2)
+            .filter(|line| !line.ends_with("not determined |"))
+            .fold(String::new(), |all, line| all + line + "\n")
 }
 
 fn functions(measured: &[(&Processor, &Measured)]) -> String {

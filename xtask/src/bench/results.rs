@@ -1,6 +1,6 @@
 //! What was measured.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::iter::Sum;
 use std::ops::Add;
 
@@ -28,6 +28,12 @@ pub struct Measured {
     pub library_flash: Option<u64>,
     /// The same with the library compiled for size.
     pub library_flash_small: Option<u64>,
+    /// What it is smaller by without each of its features, compiled for size; not in the quick form.
+    #[serde(default)]
+    pub features: BTreeMap<String, u64>,
+    /// The same of the library without its features.
+    #[serde(default)]
+    pub lean: Option<Box<Measured>>,
     /// Symbols that may not be there.
     pub forbidden: Symbols,
     /// The stack below the function that measures a frame.

@@ -39,11 +39,18 @@ pub struct Wanted {
     report: String,
 }
 
+/// Features of the library, each of which takes flash.
+pub const FEATURES: [&str; 3] = ["arcs", "camera", "joint"];
+/// Leaves them out.
+const LEAN: [&str; 1] = ["--no-default-features"];
+
 /// What every processor is given.
 pub struct Job {
     folder: PathBuf,
     plugin: PathBuf,
     wanted: Vec<Wanted>,
+    /// Which features the library is built with, for cargo.
+    selection: &'static [&'static str],
 }
 
 impl Job {
@@ -52,10 +59,27 @@ impl Job {
     /// # Errors
     /// Something does not build.
     pub fn prepare(root: &Root, quick: bool) -> Result<Self> {
-        let folder = root.target.join("bench");
+        Self::select(root, quick, ("bench", &[]))
+    }
+
+    /// The same for the library without its features, always with the small frames only.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare).
+    pub fn prepare_lean(root: &Root) -> Result<Self> {
+        Self::select(root, true, ("bench/lean", &LEAN))
+    }
+
+    fn select(
+        root: &Root,
+        quick: bool,
+        (folder, selection): (&str, &'static [&'static str]),
+    ) -> Result<Self> {
+        let folder = root.target.join(folder);
         fs::create_dir_all(&folder)?;
         let mut render = root.cargo(&["run", "--quiet", "--release", "--package", "concentric-host"]);
-        render.args(["--example", "bench", "--"]).arg(&folder).args(quick.then_some("--quick"));
+        render.args(selection).args(["--example", "bench", "--"]).arg(&folder);
+        render.args(quick.then_some("--quick"));
         steps::run(&mut render)?;
         let wanted = serde_json::from_slice(&fs::read(folder.join("frames.json"))?)?;
         steps::run(counter(root, "build").args(["--quiet", "--release"]))?;
@@ -63,7 +87,7 @@ impl Job {
             format!("{}concentric_counter{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
         let plugin = root.target.join("counter/release").join(library);
         ensure!(plugin.is_file(), "the build left no {}", plugin.display());
-        Ok(Self { folder, plugin, wanted })
+        Ok(Self { folder, plugin, wanted, selection })
     }
 
     /// Measures on a processor; `in_full` with what takes more builds.
@@ -71,7 +95,7 @@ impl Job {
     /// # Errors
     /// The firmware does not build or does not run to its end.
     pub fn measure(&self, root: &Root, processor: &Processor, in_full: bool) -> Result<Measured> {
-        let built = processor.package.build(root)?;
+        let built = processor.package.build_with(root, self.selection)?;
         let elf = self.folder.join(processor.id).with_extension("elf");
         fs::copy(&built, &elf)?;
         let image = Image::read(&elf)?;
@@ -94,15 +118,29 @@ impl Job {
             (stack.chain, stack.unknown, stack.recursion) = (bound.chain, bound.unknown, bound.recursion);
         }
         if in_full {
-            let flash = |arguments: &[&str]| {
-                Ok::<_, Error>(Image::read(&processor.package.build_with(root, arguments)?)?.flash())
-            };
-            let without = flash(&["--features", "empty"])?;
-            measured.library_flash = measured.flash.checked_sub(without);
-            measured.library_flash_small =
-                flash(&["--config", FOR_SIZE, "--features", "panics-halt"])?.checked_sub(without);
+            self.measure_flash(root, processor, &mut measured)?;
         }
         Ok(measured)
+    }
+
+    fn measure_flash(&self, root: &Root, processor: &Processor, measured: &mut Measured) -> Result<()> {
+        let flash = |arguments: &[&str]| {
+            Ok::<_, Error>(Image::read(&processor.package.build_with(root, arguments)?)?.flash())
+        };
+        let without = flash(&[self.selection, &["--features", "empty"]].concat())?;
+        measured.library_flash = measured.flash.checked_sub(without);
+        let for_size = ["--config", FOR_SIZE, "--features", "panics-halt"];
+        let all = flash(&[self.selection, &for_size].concat())?;
+        measured.library_flash_small = all.checked_sub(without);
+        for feature in FEATURES.into_iter().filter(|_| self.selection.is_empty()) {
+            let others: Vec<&str> = FEATURES.into_iter().filter(|other| *other != feature).collect();
+            let others = others.join(",");
+            let less = flash(&[&LEAN[..], &["--features", &others], &for_size].concat())?;
+            if let Some(bytes) = all.checked_sub(less) {
+                measured.features.insert(feature.to_owned(), bytes);
+            }
+        }
+        Ok(())
     }
 
     /// What the firmware prints, and what the plugin writes.

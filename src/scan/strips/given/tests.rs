@@ -6,7 +6,7 @@ use super::super::super::rows::{KEPT_BLOCKS, Rows};
 use super::super::super::runs::{Budget, Transition, TransitionList};
 use super::*;
 use crate::region::Regions;
-use crate::{Detector, Region, RowError, Settings, Storage, Summary, Target, TargetSpec};
+use crate::{Detector, Polarity, Region, RowError, Settings, Storage, Summary, Target, TargetSpec};
 use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
@@ -71,7 +71,7 @@ fn own_runs(picture: &Picture) -> Vec<Given> {
     let (mut rows, mut strips) = (Rows::new(&mut kept), Strips::new(&mut data));
     let mut list = TransitionList::new(&mut found);
     rows.begin(width as u16, height as u16);
-    strips.begin(width as u16);
+    strips.begin(width as u16, Polarity::Dark);
     let (mut runs, mut contrasts, mut budget) = (vec![], vec![], Budget::NONE);
     let mut block = |rows: &Rows<'_>| {
         strips.measure(rows, &mut Regions::all());
@@ -79,7 +79,7 @@ fn own_runs(picture: &Picture) -> Vec<Given> {
         if strips.blocks() < 2 {
             return;
         }
-        strips.resolve(rows);
+        strips.resolve(rows, &Budget::NONE);
         for row in 0..BLOCK_ROWS {
             assert_eq!(list.fill(&strips, row, width as u16, &mut budget), 0);
             let ends: Vec<u16> = list.as_slice().iter().map(|transition| transition.x).collect();
