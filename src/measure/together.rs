@@ -232,3 +232,6 @@ impl<'a, 'p> Fit<'a, 'p> {
             .fold(1.0, |factor: f32, arcs| factor.max(self.source.excess(arcs.points, rms, arcs.light)))
     }
 }
+
+#[cfg(test)]
+mod tests;
