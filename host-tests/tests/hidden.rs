@@ -7,7 +7,7 @@ mod common;
 
 use common::detect;
 use concentric::{Flags, Position, Target, TargetSpec};
-use concentric_host::render::{Artwork, Camera, Cover, Occluder, Pose, Scene};
+use concentric_host::render::{Artwork, Camera, Cover, Frame, Occluder, Pose, Scene};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
@@ -17,6 +17,8 @@ const SIZE: u32 = 260;
 const F: f64 = 2580.0;
 /// An error above this, px, and above this many reported standard deviations is silently wrong.
 const SILENT: (f64, f64) = (0.1, 5.0);
+/// Semi-major axes, px.
+const SIZES: [f64; 4] = [15.0, 20.0, 30.0, 60.0];
 
 fn trials(few: u32) -> u32 {
     std::env::var("CONCENTRIC_TRIALS").ok().and_then(|n| n.parse().ok()).unwrap_or(few)
@@ -38,10 +40,9 @@ impl Random {
     }
 }
 
-/// One annulus of ratio 0.5 about the middle of the frame: semi-major axis 15 to 60 px, tilt 0 to 60 degrees.
-fn annulus(random: &mut Random) -> (Scene, f64) {
+/// One annulus of ratio 0.5 and this semi-major axis, px, about the middle of the frame: tilt 0 to 60 degrees.
+fn annulus(random: &mut Random, semi_axis: f64) -> Scene {
     let mut scene = Scene::empty(Camera::new(SIZE, SIZE, F));
-    let semi_axis = 15.0 * 4f64.powf(random.within(0.0, 1.0));
     let middle = f64::from(SIZE) / 2.0;
     let pose = Pose {
         x: middle + random.within(-0.5, 0.5),
@@ -52,11 +53,12 @@ fn annulus(random: &mut Random) -> (Scene, f64) {
     };
     let artwork = Artwork::annulus(10.0, 5.0);
     scene.targets.push(concentric_host::render::Target { artwork, pose, at: [0.0, 0.0] });
-    (scene, semi_axis)
+    scene
 }
 
 /// A target that was found.
 struct Found {
+    trial: u32,
     /// Error, px, and in reported standard deviations.
     error: f64,
     sigmas: f64,
@@ -73,11 +75,10 @@ struct Outcome {
 }
 
 impl Outcome {
-    fn add(&mut self, scene: &Scene, seed: u64, spec: TargetSpec) {
-        let frame = scene.render(seed);
+    fn add(&mut self, frame: &Frame, trial: u32, spec: TargetSpec) {
         let truth = &frame.truth.targets[0];
         self.frames += 1;
-        for target in detect(&frame, spec).0 {
+        for target in detect(frame, spec).0 {
             let scale = f64::from(Position::SCALE);
             let dx = f64::from(target.centre.x) / scale - truth.x;
             let dy = f64::from(target.centre.y) / scale - truth.y;
@@ -89,7 +90,7 @@ impl Outcome {
             let (xx, xy, yy) = (f64::from(c.xx), f64::from(c.xy), f64::from(c.yy));
             let square = (yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
             let hidden = truth.circles.iter().map(|circle| circle.hidden).fold(0.0, f64::max);
-            self.found.push(Found { error: dx.hypot(dy), sigmas: square.sqrt(), target, hidden });
+            self.found.push(Found { trial, error: dx.hypot(dy), sigmas: square.sqrt(), target, hidden });
         }
     }
 
@@ -98,9 +99,9 @@ impl Outcome {
     }
 
     /// Number of targets that are wrong without saying so.
-    fn silent(&self) -> usize {
+    fn silent(&self) -> Vec<&Found> {
         let (error, sigmas) = SILENT;
-        self.found.iter().filter(|found| found.error > error && found.sigmas > sigmas).count()
+        self.found.iter().filter(|found| found.error > error && found.sigmas > sigmas).collect()
     }
 
     fn quantile(&self, share: f64, value: impl Fn(&Found) -> f64) -> f64 {
@@ -123,23 +124,39 @@ impl Outcome {
             self.quantile(0.99, error),
             self.quantile(0.5, sigmas),
             self.quantile(0.99, sigmas),
-            self.silent(),
+            self.silent().len(),
             self.flagged(Flags::OCCLUDED),
             self.flagged(Flags::CUT),
             self.false_targets
         );
+        for found in self.silent() {
+            let Found { trial, error, sigmas, target, .. } = found;
+            println!("    trial {trial}: {error:.3} px, {sigmas:.1} sigmas, {:?}", target.flags);
+        }
     }
 }
 
 /// Frames of one target each, damaged at random places; the ratio is given in every second.
 fn damage(what: &str, change: impl Fn(&mut Scene, &mut Random, f64)) -> Outcome {
+    damage_seen(what, change, |_, _, _| ())
+}
+
+/// The same with something done to the frame.
+fn damage_seen(
+    what: &str,
+    change: impl Fn(&mut Scene, &mut Random, f64),
+    seen: impl Fn(&mut Frame, &mut Random, f64),
+) -> Outcome {
     let mut all = Outcome::default();
-    for trial in 0..trials(40) {
+    for trial in 0..trials(200) {
         let mut random = Random(Pcg64::seed_from_u64(u64::from(trial) + 1000));
-        let (mut scene, semi_axis) = annulus(&mut random);
-        change(&mut scene, &mut random, semi_axis);
+        let size = SIZES[trial as usize / 2 % SIZES.len()];
+        let mut scene = annulus(&mut random, size);
+        change(&mut scene, &mut random, size);
+        let mut frame = scene.render(u64::from(trial));
+        seen(&mut frame, &mut random, size);
         let spec = if trial % 2 == 0 { TargetSpec::any() } else { TargetSpec::ring(0.5).expect("a ratio") };
-        all.add(&scene, u64::from(trial), spec);
+        all.add(&frame, trial, spec);
     }
     all.print(what);
     assert_eq!(all.false_targets, 0, "{what}");
@@ -154,7 +171,7 @@ fn strip(scene: &mut Scene, random: &mut Random, place: (f64, f64), width: f64, 
 #[test]
 fn nothing_hidden_is_nothing_flagged() {
     let all = damage("nothing", |_, _, _| ());
-    assert_eq!((all.share_found(), all.silent()), (1.0, 0));
+    assert_eq!((all.share_found(), all.silent().len()), (1.0, 0));
     assert_eq!((all.flagged(Flags::OCCLUDED), all.flagged(Flags::CUT)), (0, 0));
     // Teeth: the damage of the other tests is more than the errors here would hide.
     assert!(all.quantile(1.0, |found| found.error) < 0.03);
@@ -169,7 +186,7 @@ fn two_fifths_hidden() {
         });
         assert!(all.share_found() >= least, "tone {tone}: {}", all.share_found());
         assert_eq!(all.flagged(Flags::OCCLUDED), all.found.len(), "tone {tone}");
-        assert!(all.silent() * 30 <= all.frames, "tone {tone}: {}", all.silent());
+        assert_eq!(all.silent().len(), 0, "tone {tone}");
         // The gap is known.
         assert!(all.found.iter().all(|found| found.target.gap() > 100.0), "tone {tone}");
         // Teeth: as if nothing were hidden, the standard deviation would be several times too small.
@@ -195,7 +212,8 @@ fn strips_and_scratches() {
         });
         for (all, least) in [(wide, cable), (thin, scratch)] {
             assert!(all.share_found() >= least, "tone {tone}: {}", all.share_found());
-            assert!(all.silent() * 12 <= all.frames, "tone {tone}: {}", all.silent());
+            // The ones left are small targets with an object of almost the paper's tone along a rim.
+            assert!(all.silent().len() * 200 <= all.frames, "tone {tone}: {}", all.silent().len());
         }
     }
 }
@@ -210,7 +228,7 @@ fn bites() {
             scene.occluders.push(Occluder { cover: Cover::Disc { x, y, radius }, tone });
         });
         assert!(all.share_found() >= if tone == 1.0 { 0.75 } else { 0.95 }, "tone {tone}");
-        assert_eq!(all.silent(), 0, "tone {tone}");
+        assert_eq!(all.silent().len(), 0, "tone {tone}");
         let large = all.found.iter().filter(|found| found.hidden > 0.16);
         assert!(large.clone().all(|found| found.target.flags.contains(Flags::OCCLUDED)), "tone {tone}");
         assert!(large.count() > 0);
@@ -226,7 +244,29 @@ fn glare() {
         scene.occluders.push(Occluder { cover: Cover::Glare { x, y, radius, strength }, tone: 1.0 });
     });
     assert!(all.share_found() >= 0.6, "{}", all.share_found());
-    assert!(all.silent() * 20 <= all.frames, "{}", all.silent());
+    assert_eq!(all.silent().len(), 0);
+}
+
+/// Shadows with a straight border, sharp or soft, that leave 30 to 80 % of the light, anywhere on the target.
+#[test]
+fn shadows() {
+    let all = damage_seen(
+        "shadow",
+        |_, _, _| (),
+        |frame, random, size| {
+            let middle = f64::from(SIZE) / 2.0;
+            let (sin, cos) = random.within(0.0, std::f64::consts::TAU).sin_cos();
+            let (at, soft) = (random.within(-1.1, 1.1) * size, 0.5 * 20f64.powf(random.within(0.0, 1.0)));
+            let rest = random.within(0.3, 0.8);
+            for (i, pixel) in frame.pixels.iter_mut().enumerate() {
+                let (x, y) = ((i % frame.width) as f64 - middle, (i / frame.width) as f64 - middle);
+                let lit = 1.0 / (1.0 + (-(cos * x + sin * y - at) / soft).exp());
+                *pixel = (f64::from(*pixel) * (rest + (1.0 - rest) * lit)).round() as u8;
+            }
+        },
+    );
+    assert!(all.share_found() >= 0.5, "{}", all.share_found());
+    assert_eq!(all.silent().len(), 0);
 }
 
 /// Targets whose true centre is in the frame, up to half of them outside.
@@ -244,7 +284,7 @@ fn cut_by_the_frame() {
         }
     });
     assert!(all.share_found() >= 0.9, "{}", all.share_found());
-    assert_eq!(all.silent(), 0);
+    assert_eq!(all.silent().len(), 0);
     let cut = all.found.iter().filter(|found| found.hidden > 0.05);
     assert!(cut.clone().all(|found| found.target.flags.contains(Flags::CUT)) && cut.count() > 10);
 }

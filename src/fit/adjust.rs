@@ -57,11 +57,6 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// Signed distance from the ellipse, px, to first order; positive outside.
-    pub fn distance(&self) -> f32 {
-        math::sqrt(self.weight) * self.residual
-    }
-
     /// Squared distance from the ellipse, px^2, to first order.
     pub fn square_distance(&self) -> f32 {
         self.weight * self.residual * self.residual

@@ -1,7 +1,7 @@
 //! One edge: its edge points to an ellipse.
 
 use super::origin::Origin;
-use super::sectors::{PARTS, SectorLight, SectorSums, Sectors};
+use super::sectors::{PARTS, PLACES, SectorLight, Sectors};
 use crate::abilities::ARCS;
 use crate::arcs;
 use crate::edge::Edge;
@@ -16,6 +16,8 @@ use heapless::Vec;
 /// Most steps of a fit; an undamaged ellipse needs one or two.
 pub(super) const PASSES: usize = 6;
 
+/// How far light beside an edge moves that, in units of the blur for light of the whole contrast: 1 / density(0).
+const LIGHT_MOVES: f32 = 2.507;
 /// Residual, px, that noise of the whole contrast explains: that of four samples under a blur of 1 px, with room.
 pub(super) const EXPLAINED: f32 = 2.2;
 /// Edge points of a whole circle for each px of its radius: one for each row or column that it passes less steeply than the other.
@@ -64,6 +66,10 @@ pub(super) struct Source<'a, 'p> {
     pub origin: &'a Origin,
     /// Noise of their samples in units of the contrast; infinite where they are not placed yet.
     pub noise: f32,
+    /// The same without what disturbs the samples, as far as that is known.
+    pub calm: f32,
+    /// Blur of the edges, px.
+    pub blur: f32,
 }
 
 impl<'a, 'p> Source<'a, 'p> {
@@ -73,6 +79,15 @@ impl<'a, 'p> Source<'a, 'p> {
         self.all(k).filter(move |crossing| {
             crossing.edge_point().is_some_and(|point| f32::from(point.misfit) <= tolerance)
         })
+    }
+
+    /// Factor on the covariance of an ellipse through so many points because their residuals are not independent. What the noise does
+    /// not explain moves the points of a place all together, and so does the light beside the edge, of which `light` is the variance.
+    pub fn excess(&self, points: u16, rms: f32, light: f32) -> f32 {
+        let square = (rms * rms).max(f32::MIN_POSITIVE);
+        let (explained, moved) = (EXPLAINED * self.calm, LIGHT_MOVES * self.blur);
+        let unexplained = (1.0 - explained * explained / square).max(0.0);
+        1.0 + f32::from(points) / PLACES as f32 * (unexplained + moved * moved * light / square)
     }
 
     fn all(&self, k: usize) -> impl Iterator<Item = &'a Crossing> + Clone + use<'a, 'p> {
@@ -103,7 +118,8 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
     let points = || source.points(k);
     let start = start(edge, places, origin)?;
     let minor = start.semi_axes().1;
-    let even = even_sectors(&start, source.crossings(k), origin, noise).ok_or(Reject::NotElliptic)?;
+    let (even, light) =
+        even_sectors(&start, source.crossings(k), origin, (noise, source.calm)).ok_or(Reject::NotElliptic)?;
     let mut gate = Gate { limit: f32::INFINITY, sectors: even.0, even };
     let mut step = adjust(start, points(), &gate)?;
     for _ in 1..PASSES {
@@ -118,10 +134,7 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
     let Step { adjusted, seen, .. } = step;
     let gap = seen.closed(minor).longest_gap();
     judge(&adjusted, gap, false)?;
-    // What the noise explains is independent.
-    let explained = adjusted.rms <= EXPLAINED * noise;
-    let factor = if explained { 1.0 } else { excess(&adjusted, points(), &gate) };
-    let adjusted = adjusted.with_variance(factor);
+    let adjusted = adjusted.with_variance(source.excess(adjusted.points, adjusted.rms, light));
     let Edge { dark_inside, partial, cut, .. } = *edge;
     Ok(Fitted { adjusted, edge: k, dark_inside, partial, cut, gap, ratio: 1.0, measured_ratio: 1.0 })
 }
@@ -196,16 +209,14 @@ pub(super) fn even_sectors<'c>(
     shape: &Shape,
     crossings: impl Iterator<Item = &'c Crossing> + Clone,
     origin: &Origin,
-    noise: f32,
-) -> Option<Sectors> {
+    (noise, calm): (f32, f32),
+) -> Option<(Sectors, f32)> {
     // Where nothing disturbs the light there is nothing to sort out.
     let limit = 256.0 * (limits::UNEVEN + 3.0 * noise);
     let uneven = |crossing: &Crossing| {
         crossing.edge_point().is_some_and(|point| f32::from(point.excess).abs() > limit)
     };
-    if !crossings.clone().any(uneven) {
-        return Some(Sectors(u128::MAX));
-    }
+    let disturbed = crossings.clone().any(uneven);
     let adjustment = Adjustment::new(*shape)?;
     let mut light = SectorLight::new(shape.semi_axes().1);
     for crossing in crossings {
@@ -215,7 +226,8 @@ pub(super) fn even_sectors<'c>(
             light.add(view.u, view.v, point.excess);
         }
     }
-    Some(light.even(noise))
+    let even = if disturbed { light.even(noise) } else { Sectors(u128::MAX) };
+    Some((even, light.variance(even, calm)))
 }
 
 /// Which points are used.
@@ -267,19 +279,4 @@ fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -
     }
     let adjusted = adjustment.finish().ok_or(Reject::NotElliptic)?;
     Ok(Step { adjusted, seen, near, farthest: math::sqrt(farthest), sigma: spread.sigma() })
-}
-
-/// Factor on the covariance because the residuals are not independent: how much the sums over sectors exceed what they would
-/// be if they were. Points that something displaces lie on one side of the ellipse together.
-fn excess(adjusted: &Adjusted, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -> f32 {
-    let Some(adjustment) = Adjustment::new(adjusted.shape) else { return 1.0 };
-    let mut sums = SectorSums::new(adjusted.points);
-    for (x, y) in points {
-        let point = adjustment.view(x, y);
-        let distance = point.distance();
-        if distance.abs() <= gate.limit && gate.sectors & Sectors::sector(point.u, point.v) != 0 {
-            sums.add(point.u, point.v, distance);
-        }
-    }
-    sums.excess()
 }

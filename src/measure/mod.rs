@@ -53,38 +53,41 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     }
     let open = scanner.outlines.get(head).is_some_and(|outline| outline.is_open());
     let about = Origin::new(origin, settings.known_camera()).ok_or(Reject::NotElliptic)?;
+    let mut calm = f32::INFINITY;
     if ARCS && edges.iter().any(|edge| edge.partial) {
         let plain = Origin::new(origin, None).ok_or(Reject::NotElliptic)?;
         rough(&mut edges, &scanner.pool, &plain);
-    } else if JOINT
-        && let Some(found) = undisturbed(&Edges { edges: &edges, origin }, scanner, settings, &about)
-    {
-        return found;
+    } else if JOINT {
+        match undisturbed(&Edges { edges: &edges, origin }, scanner, settings, &about) {
+            Ok(found) => return found,
+            Err(noise) => calm = noise,
+        }
     }
-    disturbed(&Edges { edges: &edges, origin }, scanner, settings, (&about, open))
+    disturbed(&Edges { edges: &edges, origin }, scanner, settings, (&about, open, calm))
 }
 
-/// A target that is seen whole. `None` where anything disturbs it.
+/// A target that is seen whole. Where anything disturbs it, the noise of a sample, see [`joint`].
 #[inline(never)]
 fn undisturbed(
     edges: &Edges<'_>,
     scanner: &Scanner<'_>,
     settings: &Settings,
     about: &Origin,
-) -> Option<Result<Target, Reject>> {
+) -> Result<Result<Target, Reject>, f32> {
     let mut fitted = FittedList::new();
     let light = joint(edges, &scanner.pool, about, settings.code.is_some(), &mut fitted)?;
     let circles = choose(&fitted, settings, scanner.width());
-    Some(circles.and_then(|circles| assemble(&circles, settings, &light, about)))
+    Ok(circles.and_then(|circles| assemble(&circles, settings, &light, about)))
 }
 
-/// A target of which not everything is seen, or in front of which something is; `open` tells that its outline is.
+/// A target of which not everything is seen, or in front of which something is; `open` tells that its outline is, `calm` is the noise of a
+/// sample as [`joint`] gives it.
 #[inline(never)]
 fn disturbed(
     edges: &Edges<'_>,
     scanner: &mut Scanner<'_>,
     settings: &Settings,
-    (about, open): (&Origin, bool),
+    (about, open, calm): (&Origin, bool, f32),
 ) -> Result<Target, Reject> {
     let (width, pool) = (scanner.width(), &mut scanner.pool);
     let given = !settings.spec.ratios().is_empty();
@@ -93,7 +96,7 @@ fn disturbed(
     // What disturbs one edge does not disturb all.
     let noise = (0..edges.edges.len())
         .fold(f32::INFINITY, |least, k| least.min(edge::place(edges, k, pool, &levels, blur)));
-    let source = Source { edges: edges.edges, pool, origin: about, noise };
+    let source = Source { edges: edges.edges, pool, origin: about, noise, calm: noise.min(calm), blur };
     let circles = choose(&fit_all(&source)?, settings, width)?;
     let light = Light::new(&levels, blur, circles.first());
     let found = if circles.iter().any(Fitted::is_occluded) {

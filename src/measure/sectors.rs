@@ -77,58 +77,11 @@ fn index(u: f32, v: f32, count: u32) -> u32 {
     (turn * count as f32) as u32 & (count - 1)
 }
 
-/// Most and fewest sectors whose residuals are summed up, and points that each should have: fewer tell nothing of their
-/// neighbours, more would average over the waves that a dent leaves around an ellipse.
-const MOST_SUMS: usize = 32;
-const FEWEST_SUMS: usize = 8;
-const POINTS: usize = 3;
-/// What is left of the mean square sum on average, in units of that of independent residuals, because a fit of five terms has
-/// taken its part.
-const FITTED: f32 = 0.7;
-
-/// Residuals by sector.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SectorSums {
-    sums: [(f32, u16); MOST_SUMS],
-    sectors: usize,
-    squares: f32,
-    count: u16,
-}
-
-impl SectorSums {
-    /// For this number of points.
-    pub fn new(points: u16) -> Self {
-        let sectors = (usize::from(points) / POINTS).clamp(FEWEST_SUMS, MOST_SUMS);
-        Self { sums: [(0.0, 0); MOST_SUMS], sectors, squares: 0.0, count: 0 }
-    }
-
-    /// Adds a residual, px.
-    pub fn add(&mut self, u: f32, v: f32, residual: f32) {
-        let turn = 0.5 + math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI);
-        let sector = ((turn * self.sectors as f32) as usize).min(self.sectors - 1);
-        if let Some((sum, count)) = self.sums.get_mut(sector) {
-            *sum += residual;
-            *count += 1;
-            self.squares += residual * residual;
-            self.count += 1;
-        }
-    }
-
-    /// Mean square of the sums in units of that of independent residuals, less its scatter; at least 1.
-    pub fn excess(&self) -> f32 {
-        let (mut total, mut filled) = (0.0, 0.0);
-        for &(sum, count) in self.sums.iter().filter(|(_, count)| *count > 0) {
-            total += sum * sum / f32::from(count);
-            filled += 1.0;
-        }
-        let variance = self.squares / f32::from(self.count.max(1));
-        // Also takes NaN, where there are no residuals.
-        if variance > 0.0 { (total / (filled * variance) - FITTED).max(1.0) } else { 1.0 }
-    }
-}
-
 /// Shortest sector in which the light is measured, px: each has two crossings or more of a whole outline.
 const SHORTEST: f32 = 2.9;
+
+/// Places around a circle at which the light is one by itself.
+pub(super) const PLACES: usize = 8;
 
 /// Light beside the edge by sector: 16 to 128 sectors of about 3 to 6 px.
 #[derive(Clone, Copy, Debug)]
@@ -152,6 +105,32 @@ impl SectorLight {
             *sum = sum.saturating_add(i16::from(excess));
             *count = count.saturating_add(1);
         }
+    }
+
+    /// Variance of the light from place to place around the circle, each an eighth of a turn, in these sectors: without what the
+    /// noise gives, in units of the contrast.
+    pub fn variance(&self, sectors: Sectors, noise: f32) -> f32 {
+        let mut places = [(0.0f32, 0.0f32); PLACES];
+        let each = SECTORS / self.count.max(1);
+        for (i, &(sum, count)) in (0..self.count).zip(&self.sums) {
+            if sectors.0 >> (i * each) & 1 != 0
+                && let Some((all, points)) = places.get_mut((i * PLACES as u32 / self.count.max(1)) as usize)
+            {
+                *all += f32::from(sum) / 256.0;
+                *points += f32::from(count);
+            }
+        }
+        let (sum, points, squares, filled) = places.iter().filter(|(_, points)| *points > 0.0).fold(
+            (0.0, 0.0, 0.0, 0.0),
+            |(sum, points, squares, filled), &(more, count)| {
+                (sum + more, points + count, squares + more * more / count, filled + 1.0)
+            },
+        );
+        if filled < 2.0 {
+            return 0.0;
+        }
+        let chance = 0.5 * noise * noise * (filled - 1.0 + 2.0 * math::sqrt(2.0 * filled));
+        ((squares - sum * sum / points - chance) / points).max(0.0)
     }
 
     /// The sectors whose mean is that of most, and that hardly other than none, for noise in units of the contrast.

@@ -4,9 +4,9 @@
 //! ([`Concentric`]) takes most of that away.
 
 use super::combine::{combine, measured_perspective};
-use super::ellipse::{EXPLAINED, Fitted, FittedList, NEAR, PASSES, Source, alone, even_sectors, judge};
+use super::ellipse::{Fitted, FittedList, NEAR, PASSES, Source, alone, even_sectors, judge};
 use super::origin::Origin;
-use super::sectors::{SectorSums, Sectors};
+use super::sectors::Sectors;
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Concentric, ConcentricAdjustment, ConcentricStep, Shape, Spread};
 use crate::list::list;
@@ -43,17 +43,17 @@ impl Together {
 /// itself, and a short one to what cuts it as well.
 #[inline(never)]
 pub(super) fn rough(edges: &mut [Edge], pool: &Pool<'_>, origin: &Origin) {
-    let source = Source { edges, pool, origin, noise: f32::INFINITY };
+    let source = Source { edges, pool, origin, noise: f32::INFINITY, calm: f32::INFINITY, blur: 0.0 };
     let most = edges.iter().enumerate().max_by_key(|(_, edge)| edge.crossings.len());
     let Some((reference, shape)) = most.map(|(k, edge)| (k, edge.shape)) else { return };
     let Some(family) = Concentric::new(shape, (shape.cx, shape.cy)) else { return };
     let mut fit = Fit { source: &source, family, arcs: Vec::new(), limit: f32::INFINITY };
-    fit.add(reference, 1.0, Sectors(u128::MAX));
+    fit.add(reference, 1.0, (Sectors(u128::MAX), 0.0));
     for (k, _) in edges.iter().enumerate().filter(|(k, edge)| edge.partial && *k != reference) {
         let (sum, count) = source.points(k).fold((0.0, 0.0), |(sum, count), (x, y)| {
             (sum + math::sqrt(shape.square(x - shape.cx, y - shape.cy)), count + 1.0)
         });
-        fit.add(k, sum / count, Sectors(u128::MAX));
+        fit.add(k, sum / count, (Sectors(u128::MAX), 0.0));
     }
     if fit.settle(false).is_none() {
         return;
@@ -75,8 +75,7 @@ pub(super) fn together(
 ) -> Result<Together, Reject> {
     let mut fit = Fit::new(circles, source).ok_or(Reject::NotConcentric)?;
     let step = fit.settle(given).ok_or(Reject::NotConcentric)?;
-    let explained = step.rms <= EXPLAINED * source.noise;
-    let factor = if explained { 1.0 } else { fit.excess() };
+    let factor = fit.excess(step.rms);
     let (mut all, mut separate) = (FittedList::new(), FittedList::new());
     for (circle, arcs) in circles.iter().zip(&fit.arcs) {
         let mut circle = Fitted { ratio: arcs.ratio, ..*circle };
@@ -113,6 +112,8 @@ struct Arcs {
     /// Sectors in which the light is even, and those of which the points are used.
     even: Sectors,
     used: Sectors,
+    /// Variance of the light in the even ones, in units of the contrast.
+    light: f32,
     /// Sectors in which there are points within the limit, and such of the edge even if the ellipse was off.
     seen: Sectors,
     near: Sectors,
@@ -140,17 +141,19 @@ impl<'a, 'p> Fit<'a, 'p> {
         let mut fit = Self { source, family, arcs: Vec::new(), limit: f32::INFINITY };
         for circle in circles {
             let crossings = source.crossings(circle.edge);
-            let even = even_sectors(&circle.adjusted.shape, crossings, source.origin, source.noise)?;
+            let even =
+                even_sectors(&circle.adjusted.shape, crossings, source.origin, (source.noise, source.calm))?;
             fit.add(circle.edge, circle.ratio, even);
         }
         Some(fit)
     }
 
-    fn add(&mut self, edge: usize, ratio: f32, even: Sectors) {
+    fn add(&mut self, edge: usize, ratio: f32, (even, light): (Sectors, f32)) {
         let minor = ratio * self.family.outer.semi_axes().1;
         let none = Sectors(0);
         let (used, seen, near) = (even, none, none);
-        let arcs = Arcs { edge, ratio, size: 0.0, minor, even, used, seen, near, points: 0, squares: 0.0 };
+        let arcs =
+            Arcs { edge, ratio, size: 0.0, minor, even, light, used, seen, near, points: 0, squares: 0.0 };
         let _ = self.arcs.push(arcs);
     }
 
@@ -223,19 +226,12 @@ impl<'a, 'p> Fit<'a, 'p> {
     }
 
     /// Largest factor on the covariance because the residuals of a circle are not independent.
-    fn excess(&self) -> f32 {
-        self.arcs.iter().fold(1.0, |factor: f32, arcs| {
-            let member = self.family.member(arcs.ratio, arcs.size);
-            let mut sums = SectorSums::new(arcs.points);
-            for (x, y) in self.source.points(arcs.edge) {
-                let view = member.view(x, y);
-                let distance = view.distance();
-                let used = arcs.used.0 & Sectors::sector(view.u, view.v) != 0;
-                if distance.abs() <= self.limit && used {
-                    sums.add(view.u, view.v, distance);
-                }
-            }
-            factor.max(sums.excess())
-        })
+    fn excess(&self, rms: f32) -> f32 {
+        self.arcs
+            .iter()
+            .fold(1.0, |factor: f32, arcs| factor.max(self.source.excess(arcs.points, rms, arcs.light)))
     }
 }
+
+#[cfg(test)]
+mod tests;

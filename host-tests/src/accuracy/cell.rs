@@ -51,6 +51,9 @@ pub struct Cell {
     pub targets: u32,
     /// How often each scene is seen in other noise.
     pub draws: u32,
+    /// Instead of noise, the rounding goes up and down by turns over the draws: their mean is that of a picture with so many times
+    /// finer levels.
+    pub dithered: bool,
     /// How many frames it gets, for how many of other cells.
     pub frames: (u32, u32),
 }
@@ -75,6 +78,7 @@ impl Default for Cell {
             hidden: 0.0,
             targets: 1,
             draws: DRAWS,
+            dithered: false,
             frames: (1, 1),
         }
     }

@@ -4,8 +4,10 @@ use super::cell::Cell;
 
 /// Grey levels of noise at which what is systematic shows: it spreads the rounding evenly and moves little else.
 const LITTLE_NOISE: f64 = 0.5;
-/// Draws of each scene with little noise.
+/// Draws of each scene in which the rounding goes up and down by turns.
 const MANY: u32 = 20;
+/// Grey levels of noise that are as much as this: with the rounding itself a sixth of a level squared.
+const DITHER: f64 = 0.29;
 /// Longest focal length that the library takes, px.
 const LONGEST: f64 = concentric::Camera::MAX_FOCAL as f64;
 /// Scale of the pooled set, px per mm: focal length over distance.
@@ -22,7 +24,7 @@ pub const SLICES: [(&str, &str); 15] = [
     ("corner", "Corners of the range"),
     ("gamma", "Response (exponent), uncorrected"),
     ("gain", "Overexposure: levels times this, clipped at 255"),
-    ("bias", "What is systematic, seen in little noise"),
+    ("bias", "What is systematic: no noise, levels twenty times finer than 8 bits"),
     ("phase", "Error against the place within the pixel, in little noise"),
     ("risk", "Eccentricity from nothing to ten standard deviations, by the focal length"),
     ("pooled", "The pooled set: outer radii 10 to 60 mm at 800 mm, contrast 190, blur 0.8 px"),
@@ -155,7 +157,7 @@ impl Extent {
 
     fn bias(self) -> Vec<Cell> {
         let radii = self.pick(&[15.0, 20.0, 30.0, 60.0], &[20.0]);
-        let little = Cell { noise: LITTLE_NOISE, draws: MANY, ..Cell::default() };
+        let little = Cell { noise: DITHER, dithered: true, draws: MANY, ..Cell::default() };
         let mut cells = pairs(&radii, &self.pick(&[0.5, 0.7, 1.0], &[0.5, 1.0]), |radius, psf| Cell {
             radius,
             psf,

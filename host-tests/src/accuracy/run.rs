@@ -4,6 +4,8 @@ use anyhow::{Context, Result, ensure};
 use concentric::{Detector, Flags, Image, Settings, Storage, Target};
 use glam::{DMat2, DVec2};
 use indicatif::ProgressBar;
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
 use super::{
@@ -55,6 +57,8 @@ pub struct Group {
     pub phase: DVec2,
     /// Direction from which errors are counted: that of the light, or else of the tilt.
     pub axis: DVec2,
+    /// Whether the draws are not independent: their noise cancels in the mean.
+    pub dithered: bool,
     /// By draw.
     pub samples: Vec<Sample>,
 }
@@ -124,11 +128,16 @@ fn groups(cell: &Cell, index: u32, memory: &mut Memory) -> Result<Vec<Group>> {
     let scene = cell.scene(index);
     scene.validate()?;
     let truths = scene.truth(0).targets;
-    let mut groups = truths.iter().map(|truth| empty(&scene, truth)).collect::<Result<Vec<_>>>()?;
+    let mut groups =
+        truths.iter().map(|truth| empty(&scene, truth, cell.dithered)).collect::<Result<Vec<_>>>()?;
     let levels = scene.levels();
     let runs: Vec<_> = Run::ALL.into_iter().filter(|run| run.concerns(cell)).collect();
     for draw in 0..cell.draws {
-        let pixels = scene.photometry.digitise(&levels.values, cell.noise_seed(index, draw));
+        let pixels = if cell.dithered {
+            dithered(&levels.values, (draw, cell.draws), cell.noise_seed(index, 0))
+        } else {
+            scene.photometry.digitise(&levels.values, cell.noise_seed(index, draw))
+        };
         let image = Image::new(&pixels, u16::try_from(levels.width)?, u16::try_from(levels.height)?)?;
         let mut seen = Vec::new();
         for &run in &runs {
@@ -145,8 +154,17 @@ fn groups(cell: &Cell, index: u32, memory: &mut Memory) -> Result<Vec<Group>> {
     Ok(groups)
 }
 
+/// The levels rounded up or down: over `draws` the threshold of each pixel goes through as many even steps, from one of its own, so
+/// that the mean is exact to a step. (Stratified dither; noise instead would take the square of that many draws.)
+fn dithered(levels: &[f64], (draw, draws): (u32, u32), seed: u64) -> Vec<u8> {
+    let mut random = Pcg64::seed_from_u64(seed);
+    let mut threshold = || (f64::from((draw + random.next_u32() % draws) % draws) + 0.5) / f64::from(draws);
+    // The cast saturates at 0 and 255.
+    levels.iter().map(|level| (level + threshold()).floor() as u8).collect()
+}
+
 /// A target of a scene before it was seen.
-fn empty(scene: &Scene, truth: &TargetTruth) -> Result<Group> {
+fn empty(scene: &Scene, truth: &TargetTruth, dithered: bool) -> Result<Group> {
     ensure!(truth.complete, "a target does not lie inside the frame");
     let visible =
         |place: DVec2| !scene.occluders.iter().any(|cover| cover.hides(place, &scene.targets, &scene.camera));
@@ -158,6 +176,7 @@ fn empty(scene: &Scene, truth: &TargetTruth) -> Result<Group> {
         eccentricity: DVec2::new(truth.x - outer.x, truth.y - outer.y).length(),
         phase: DVec2::new(truth.x - truth.x.round(), truth.y - truth.y.round()),
         axis: axis(scene, truth),
+        dithered,
         samples: Vec::new(),
     })
 }
@@ -205,4 +224,26 @@ fn sample(seen: &[(Run, Vec<Target>)], truth: &TargetTruth) -> Sample {
         Some(Estimate { error, normalised, reported: (xx + yy) / 2.0, flags: target.flags })
     };
     Sample { estimates: METHODS.map(estimate), wrong: 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mean over the draws is the level to half a step; every draw is it to a level, and each pixel goes its own way.
+    #[test]
+    fn dithered_pictures_have_finer_levels_on_average() {
+        let levels: Vec<f64> = (0..1000).map(|i| 40.0 + 0.137 * f64::from(i)).collect();
+        let draws = 20;
+        let pictures: Vec<_> = (0..draws).map(|draw| dithered(&levels, (draw, draws), 3)).collect();
+        for (i, level) in levels.iter().enumerate() {
+            let values = pictures.iter().map(|picture| f64::from(picture[i]));
+            assert!(values.clone().all(|value| (value - level).abs() < 1.0));
+            let mean = values.sum::<f64>() / f64::from(draws);
+            assert!((mean - level).abs() <= 0.5 / f64::from(draws) + 1e-9, "{mean} for {level}");
+        }
+        let up =
+            pictures[0].iter().zip(&levels).filter(|(value, level)| f64::from(**value) > **level).count();
+        assert!((400..600).contains(&up), "{up}");
+    }
 }

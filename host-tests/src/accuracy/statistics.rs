@@ -34,6 +34,10 @@ pub struct Figures {
     pub bias: f64,
     /// Length of the mean error in the directions of the light, or else of the tilt.
     pub drift: f64,
+    /// Length of the mean error that chance alone leaves in 95 of 100 studies.
+    pub mean_spread: f64,
+    /// What noise alone makes of `systematic` in 95 of 100 studies at most. `None` where each scene is seen once.
+    pub feigned: Option<f64>,
     /// The part of the error that is the same whatever the noise: it depends on place, direction and light. `None`
     /// where each scene is seen once.
     pub systematic: Option<f64>,
@@ -85,7 +89,11 @@ impl Figures {
             spread: CONFIDENCE * uncertainty(&scenes) / (2.0 * rms),
             bias: length([&|_, e| e.error.x, &|_, e| e.error.y]),
             drift: length([&|s, e| s.group.axis.dot(e.error), &|s, e| s.group.axis.perp_dot(e.error)]),
+            mean_spread: (IN_95 * scenes.iter().map(|scene| scene.mean.length_squared() / 2.0).sum::<f64>())
+                .sqrt()
+                / scenes.len() as f64,
             systematic: systematic(&scenes),
+            feigned: feigned(&scenes),
             scenes: scenes.len(),
             reported: average(&|_, e| e.reported).sqrt(),
             over_sigma: (average(&|_, e| e.normalised) / 2.0).sqrt(),
@@ -96,19 +104,6 @@ impl Figures {
     /// Root mean square error over the bound.
     pub fn ratio(&self) -> f64 {
         self.rms / self.bound
-    }
-
-    /// Length of the mean error that noise alone leaves in 95 of 100 studies.
-    pub fn mean_spread(&self) -> f64 {
-        self.rms * (IN_95 / self.found as f64).sqrt()
-    }
-
-    /// What noise alone makes of `systematic` in 95 of 100 studies at most. `None` where each scene is seen once.
-    pub fn feigned(&self) -> Option<f64> {
-        // The mean square of 2 `scenes` means of `draws` errors spreads by `1 / sqrt(scenes)`, relative.
-        let draws = self.found as f64 / self.scenes as f64;
-        let noise = self.rms.powi(2) - self.systematic?.powi(2);
-        Some((ONE_SIDED * noise / draws / (self.scenes as f64).sqrt()).max(0.0).sqrt())
     }
 
     /// Half width of the 95 % confidence interval of [`Figures::ratio`].
@@ -130,16 +125,32 @@ fn uncertainty(scenes: &[Scene]) -> f64 {
     (variance / count).sqrt()
 }
 
+impl Scene<'_> {
+    /// Variance of a coordinate that noise leaves in the mean. `None` where it is seen once.
+    fn noise(&self) -> Option<f64> {
+        let count = self.found.len() as f64;
+        let within = self.found.iter().map(|e| (e.error - self.mean).length_squared()).sum::<f64>() / 2.0;
+        let mean = if self.group.dithered { count * count } else { count };
+        (count > 1.0).then(|| within / (count - 1.0) / mean)
+    }
+}
+
+/// Mean over the scenes that are seen more than once.
+fn over_many(scenes: &[Scene], value: impl Fn(&Scene, f64) -> f64) -> Option<f64> {
+    let many: Vec<_> =
+        scenes.iter().filter_map(|scene| scene.noise().map(|noise| value(scene, noise))).collect();
+    (!many.is_empty()).then(|| many.iter().sum::<f64>() / many.len() as f64)
+}
+
 /// Root of the variance between the scenes beyond what the noise of the draws explains.
 fn systematic(scenes: &[Scene]) -> Option<f64> {
-    let many: Vec<_> = scenes.iter().filter(|scene| scene.found.len() > 1).collect();
-    let excess = |scene: &&Scene| {
-        let count = scene.found.len() as f64;
-        let within = scene.found.iter().map(|e| (e.error - scene.mean).length_squared()).sum::<f64>();
-        (scene.mean.length_squared() - within / ((count - 1.0) * count)) / 2.0
-    };
-    let mean = many.iter().map(excess).sum::<f64>() / many.len() as f64;
-    (!many.is_empty()).then(|| mean.max(0.0).sqrt())
+    Some(over_many(scenes, |scene, noise| scene.mean.length_squared() / 2.0 - noise)?.max(0.0).sqrt())
+}
+
+/// What noise alone makes of that in 95 of 100 studies at most: the mean square of two coordinates of the scenes' means spreads by
+/// `1 / sqrt(scenes)`, relative.
+fn feigned(scenes: &[Scene]) -> Option<f64> {
+    Some((ONE_SIDED * over_many(scenes, |_, noise| noise)? / (scenes.len() as f64).sqrt()).sqrt())
 }
 
 #[cfg(test)]
@@ -176,6 +187,7 @@ mod tests {
                 eccentricity: 0.0,
                 phase: DVec2::ZERO,
                 axis,
+                dithered: false,
                 samples: samples.collect(),
             });
         }
@@ -190,7 +202,7 @@ mod tests {
     #[test]
     fn pure_noise_is_told_as_such() {
         let figures = figures(0.0, 0.0);
-        assert!(figures.systematic < figures.feigned() && figures.feigned() < Some(0.1), "{figures:?}");
+        assert!(figures.systematic < figures.feigned && figures.feigned < Some(0.1), "{figures:?}");
         assert_eq!((figures.frames, figures.found), (4000, 4000));
         assert!((figures.rms - 1.0).abs() < figures.spread && figures.spread < 0.025, "{figures:?}");
         assert!((figures.ratio() - 2.0 * figures.rms).abs() < 1e-12);
@@ -219,6 +231,29 @@ mod tests {
             "{figures:?}"
         );
         assert!(figures.within < 0.9, "{figures:?}");
+    }
+
+    /// Draws whose noise cancels leave nothing of it in the mean of a scene: that must not be taken off what is systematic.
+    #[test]
+    fn draws_that_cancel_show_what_is_systematic_better() {
+        let mut groups = groups(0.0, 0.0);
+        for group in &mut groups {
+            let mean: DVec2 =
+                group.samples.iter().filter_map(|s| s.estimates[0]).map(|e| e.error).sum::<DVec2>()
+                    / group.samples.len() as f64;
+            let own = 0.3 * DVec2::from_angle(mean.x * 1e3);
+            let errors = group.samples.iter_mut().flat_map(|s| &mut s.estimates).flatten();
+            errors.for_each(|estimate| estimate.error += own - mean);
+        }
+        let all: Vec<_> = groups.iter().collect();
+        let taken_off = Figures::new(&all, 0).expect("all are found");
+        assert!(taken_off.systematic < Some(0.1), "{taken_off:?}");
+        groups.iter_mut().for_each(|group| group.dithered = true);
+        let figures = Figures::new(&groups.iter().collect::<Vec<_>>(), 0).expect("all are found");
+        // That is by the root of two less in a coordinate; of the noise a tenth is left for chance.
+        let wanted = (0.3f64.powi(2) / 2.0 - 0.1f64.powi(2)).sqrt();
+        assert!((figures.systematic.expect("ten draws") - wanted).abs() < 0.02, "{figures:?}");
+        assert!(figures.feigned < taken_off.feigned && figures.mean_spread < 0.04, "{figures:?}");
     }
 
     #[test]

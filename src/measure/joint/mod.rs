@@ -26,7 +26,7 @@ use super::sectors::Sectors;
 use super::{Light, check_contrast};
 use crate::appearance::{Model, Outline, Step};
 use crate::edge::{Edge, Edges};
-use crate::fit::Adjusted;
+use crate::fit::{Adjusted, Spread};
 use crate::math;
 use crate::scan::Pool;
 use crate::settings::limits;
@@ -37,7 +37,7 @@ use heapless::Vec;
 use scene::{Scene, Track};
 use solve::Solved;
 use start::start;
-use view::View;
+use view::{Samples, View};
 
 /// Most steps with few crossings, and with all.
 const FEW_STEPS: usize = 5;
@@ -71,6 +71,8 @@ const SPOILED: u32 = 1;
 const CHANCE: f32 = 2.5;
 /// Scatter of the edge points in units of what the noise explains, above which they are disturbed.
 const MAX_SCATTER: f32 = 3.0;
+/// Room for chance in the noise that neighbouring samples tell.
+const CALM_ROOM: f32 = 1.25;
 /// Least noise of a sample, grey levels: that of rounding.
 const ROUNDING: f32 = 0.29;
 
@@ -118,6 +120,8 @@ struct Pass {
     /// Far stretches that tell the levels, and those of another level.
     far: u32,
     strange: u32,
+    /// Differences of neighbouring samples beside the edges, grey levels: from few crossings only.
+    calm: Spread,
 }
 
 /// A target, and room for a step: one for all steps, because it is large.
@@ -133,8 +137,17 @@ struct Steps<'a> {
     solved: &'a mut Solved,
 }
 
-/// The fitted ellipses of all `edges`, with the light. `None` where the target is not seen whole, or not like the model.
-/// `ringed` tells that there may be a code around it.
+/// Noise of a sample, grey levels.
+struct Noise {
+    /// What the model leaves, ...
+    all: f32,
+    /// ... and what neighbouring samples tell: what disturbs the light has little part in that.
+    calm: f32,
+}
+
+/// The fitted ellipses of all `edges` into `circles`, and the light. Where the target is not seen whole, or not like the model, the
+/// noise of a sample as neighbouring samples tell it, in units of the contrast; infinite if that is not known either. `ringed` tells
+/// that there may be a code around it.
 #[inline(never)]
 pub(super) fn joint(
     edges: &Edges<'_>,
@@ -142,6 +155,18 @@ pub(super) fn joint(
     origin: &Origin,
     ringed: bool,
     circles: &mut FittedList,
+) -> Result<Light, f32> {
+    let mut calm = f32::INFINITY;
+    settle(edges, pool, (origin, ringed), circles, &mut calm).ok_or(calm)
+}
+
+/// The same; `calm` is set as soon as it is known.
+fn settle(
+    edges: &Edges<'_>,
+    pool: &Pool<'_>,
+    (origin, ringed): (&Origin, bool),
+    circles: &mut FittedList,
+    calm: &mut f32,
 ) -> Option<Light> {
     if edges.edges.iter().any(|edge| edge.partial || edge.cut) {
         return None;
@@ -157,14 +182,15 @@ pub(super) fn joint(
     let (mut pass, mut solved) = (Pass::new(), Solved::new());
     let mut steps = Steps { edges, pool, origin, ringed, size, pass: &mut pass, solved: &mut solved };
     let noise = steps.settle_few(&mut model)?;
+    *calm = noise.calm / model.contrast();
     for _ in 0..STEPS {
         let contrast = model.contrast();
-        let scene = Scene::new(&model, size, noise, ringed);
+        let scene = Scene::new(&model, size, noise.all, ringed);
         let overlapping = scene.overlapping;
         // The model is less exact where edges blur into each other.
-        let uneven = limits::UNEVEN * if overlapping { 1.0 } else { 0.5 };
-        let room = (limits::UNEVEN * contrast, uneven * contrast);
-        let gate = Gate::new(false, limits::MISFIT * contrast + SIGMAS * noise, room, noise);
+        let uneven = limits::UNEVEN * contrast * if overlapping { 1.0 } else { 0.5 };
+        let room = (2.0 * uneven, uneven);
+        let gate = Gate::new(false, limits::MISFIT * contrast + SIGMAS * noise.all, room, noise.calm);
         let step = steps.next(&scene, &gate)?;
         let moved = model.take(&step, size)?;
         if moved < if overlapping { SETTLED_OVERLAPPING } else { SETTLED } {
@@ -176,8 +202,8 @@ pub(super) fn joint(
 }
 
 impl Steps<'_> {
-    /// Steps with few crossings, until they settle. Gives the noise of a sample.
-    fn settle_few(&mut self, model: &mut Model) -> Option<f32> {
+    /// Steps with few crossings, until they settle.
+    fn settle_few(&mut self, model: &mut Model) -> Option<Noise> {
         let mut misfit = FOREIGN * model.contrast();
         for step in 0..FEW_STEPS {
             let gate = Gate::new(true, misfit, (misfit, f32::INFINITY), 0.0);
@@ -188,7 +214,8 @@ impl Steps<'_> {
             let known = step > 0
                 || noise < QUIET * model.contrast() && taken.shared.iter().last()?.abs() < SETTLED_BLUR;
             if known && moved < SETTLED_FEW {
-                return Some(noise);
+                let calm = (CALM_ROOM * self.pass.calm.sigma()).max(ROUNDING);
+                return Some(Noise { all: noise, calm: noise.min(calm) });
             }
             misfit = (FOREIGN_FEW * model.contrast() + SIGMAS * noise).min(0.5 * FOREIGN * model.contrast());
         }
@@ -224,6 +251,9 @@ impl Steps<'_> {
                 continue;
             }
             pass.used += 1;
+            if gate.few {
+                pass.add_calm(&samples);
+            }
             if let (Some((sum, count)), Some(part)) = (light.get_mut(part), parts.get_mut(part)) {
                 *sum += samples.excess;
                 *count += 1;
@@ -248,6 +278,7 @@ impl Pass {
             clipped: 0,
             far: 0,
             strange: 0,
+            calm: Spread::default(),
         }
     }
 
@@ -255,6 +286,14 @@ impl Pass {
         self.arrow.clear();
         self.seen.clear();
         [self.used, self.spoiled, self.uneven, self.clipped, self.far, self.strange] = [0; 6];
+        self.calm = Spread::default();
+    }
+
+    fn add_calm(&mut self, samples: &Samples) {
+        for difference in samples.differences() {
+            let difference = difference as f32 / GREY as f32;
+            self.calm.add(0.5 * difference * difference);
+        }
     }
 
     #[inline]

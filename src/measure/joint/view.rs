@@ -52,9 +52,9 @@ pub(super) struct View<'s> {
 /// What the near samples tell.
 pub(super) struct Samples {
     pub sums: Sums,
-    /// Those that count.
-    #[cfg(test)]
+    /// Those that count, and their residuals.
     pub own: [bool; NEAR],
+    residuals: [i32; NEAR],
     /// Largest residual.
     pub misfit: i32,
     /// Twice what light there is too much beside the edge.
@@ -71,6 +71,19 @@ pub(super) struct Far {
     /// Level beyond that of the model.
     pub residual: i32,
     pub place: Place,
+}
+
+impl Samples {
+    /// Differences of the residuals of the two outermost samples on either side: in them whatever changes the light over more than a
+    /// pixel cancels, and so does an edge that is off.
+    #[inline]
+    pub fn differences(&self) -> impl Iterator<Item = i32> {
+        let [a, b, .., c, d] = self.own;
+        let [first, second, .., third, fourth] = self.residuals;
+        [(a && b, first - second), (c && d, fourth - third)]
+            .into_iter()
+            .filter_map(|(both, difference)| both.then_some(difference))
+    }
 }
 
 impl<'s> View<'s> {
@@ -191,13 +204,7 @@ impl<'s> View<'s> {
         }
         let excess = residuals[1] + residuals[NEAR - 2];
         let sums = [&lightness, &by_blur, &by_place, &residuals];
-        (n > 0).then(|| Samples {
-            sums: Sums::new(n, sums),
-            #[cfg(test)]
-            own,
-            misfit,
-            excess,
-        })
+        (n > 0).then(|| Samples { sums: Sums::new(n, sums), own, residuals, misfit, excess })
     }
 
     /// How far the place `at` on the axis is beyond an outline's edge towards light, and where the level of one half is there,

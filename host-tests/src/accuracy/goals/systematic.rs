@@ -40,16 +40,15 @@ fn bias(study: &Study) -> Option<Goal> {
     ))
 }
 
-/// Mean error over all places within the pixel and all directions: what is left of the noise is more than the goal, so
-/// only a confidence interval beyond it misses it.
+/// Mean error over all places within the pixel and all directions: only a confidence interval beyond the goal misses it.
 fn refined_bias(study: &Study) -> Option<Goal> {
     let figures = study.pooled("bias", REFINED, plain)?;
-    let measured = format!("{} +- {}", mpx(figures.drift), mpx(figures.mean_spread()));
+    let measured = format!("{} +- {}", mpx(figures.drift), mpx(figures.mean_spread));
     Some(Goal::new(
         "noise-free bias, R >= 20, PSF 0.5 .. 1, refined, mean",
         "<= 0.05 mpx",
         measured,
-        figures.drift <= 0.05e-3 + figures.mean_spread(),
+        figures.drift <= 0.05e-3 + figures.mean_spread,
     ))
 }
 
@@ -78,7 +77,7 @@ fn distorted(study: &Study, method: &str, radius: f64) -> Option<(f64, f64)> {
     let figures = systematic(study, method, |cell| cell.k1 != 0.0 && cell.radius == radius);
     let figures = figures.first()?.1;
     // Both coordinates together.
-    Some((2f64.sqrt() * figures.systematic?, 2f64.sqrt() * figures.feigned()?))
+    Some((2f64.sqrt() * figures.systematic?, 2f64.sqrt() * figures.feigned?))
 }
 
 fn distortion(study: &Study) -> Option<Goal> {

@@ -83,6 +83,7 @@ fn outcome(cell: Cell, fault: Fault) -> Outcome {
             eccentricity: 0.0,
             phase: DVec2::ZERO,
             axis,
+            dithered: false,
             samples: (0..cell.draws).map(sample).collect(),
         }
     };
