@@ -6,6 +6,7 @@ use super::points::{Point, Points};
 use super::step::Normals;
 use crate::fit::{Adjustment, Shape};
 use crate::scan::{Axis, Crossing, Pool, Stretch};
+use core::f32::consts::TAU;
 use std::vec::Vec;
 
 struct Random(u32);
@@ -75,7 +76,7 @@ fn distances_are_those_of_floats() {
         let drawn = Drawn::any(&mut random);
         let shape = drawn.shape();
         let gauge = Gauge::new(&shape).unwrap();
-        let place = drawn.place(random.within(0.0, 6.28), random.within(-4.0, 4.0).max(-0.6 * drawn.b));
+        let place = drawn.place(random.within(0.0, TAU), random.within(-4.0, 4.0).max(-0.6 * drawn.b));
         let exact = libm::sqrtf(square_distance(&shape, place));
         let look = gauge.look(&point(place));
         let Some(found) = look.and_then(|look| gauge.square_distance(&look)) else {
@@ -108,7 +109,7 @@ fn radii_are_those_of_floats() {
         let drawn = Drawn::any(&mut random);
         let shape = drawn.shape();
         let gauge = Gauge::around(&shape).unwrap();
-        let (t, factor) = (random.within(0.0, 6.28), random.within(0.3, 10.0));
+        let (t, factor) = (random.within(0.0, TAU), random.within(0.3, 10.0));
         let (x, y) = drawn.place(t, 0.0);
         let place = (shape.cx + factor * (x - shape.cx), shape.cy + factor * (y - shape.cy));
         let (radius, change) = gauge.radius(&gauge.look(&point(place)).unwrap()).unwrap();
@@ -153,7 +154,7 @@ fn steps_are_those_of_floats() {
     let mut random = Random(3);
     for _ in 0..2000 {
         let drawn = Drawn { b: 8.0, a: random.within(8.0, 40.0), ..Drawn::any(&mut random) };
-        let first = random.within(0.0, 6.28);
+        let first = random.within(0.0, TAU);
         let places: Vec<_> =
             (0..60).map(|i| drawn.place(first + 0.03 * i as f32, random.within(-0.05, 0.05))).collect();
         let start = Drawn { a: 1.01 * drawn.a, b: 0.99 * drawn.b, ..drawn }.shape();
@@ -216,7 +217,7 @@ fn turns_tell_an_arc_from_a_wave() {
         Pieces::new(&points, &unit).turns(&unit)
     };
     let drawn = Drawn { a: 30.0, b: 8.0, theta: 0.4, centre: (2.0, -3.0) };
-    let ellipse = turns(&|share| drawn.place(6.28 * share, 0.15 * libm::sinf(400.0 * share)));
+    let ellipse = turns(&|share| drawn.place(TAU * share, 0.15 * libm::sinf(400.0 * share)));
     let wave = turns(&|share| (60.0 * share, 8.0 * libm::sinf(12.0 * share)));
     for (start, length) in [(0, 10), (3, 7), (14, 5)] {
         assert!(!ellipse.are_both(start, length), "{start} {length}");
