@@ -31,9 +31,9 @@
 //!
 //! | feature | without it | flash, compiled for size, kB |
 //! | --- | --- | --- |
-//! | `arcs` | circles are refused that are partly hidden, that something touches, or that the frame cuts | 27.6 to 27.6 |
-//! | `camera` | there is no [`Settings::camera`](Settings#structfield.camera), so no undistorted fit and no normal | 8.6 to 8.6 |
-//! | `joint` | each circle is measured by itself: about twice the excess over the bound, see `ACCURACY` | 23.6 to 23.6 |
+//! | `arcs` | circles are refused that are partly hidden, that something touches, or that the frame cuts | 30.6 to 37.9 |
+//! | `camera` | there is no [`Settings::camera`](Settings#structfield.camera), so no undistorted fit and no normal | 7.9 to 15.8 |
+//! | `joint` | each circle is measured by itself: more error, most where targets are small, tight or blurred | 21.0 to 31.2 |
 //!
 //! Off by default: `defmt` (logs and `Format`), `hal` (the module `head`).
 //!
