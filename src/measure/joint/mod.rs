@@ -268,6 +268,8 @@ impl Steps<'_> {
 }
 
 impl Pass {
+    /// Not inlined, so that it is made where it stays.
+    #[inline(never)]
     fn new() -> Self {
         Self {
             arrow: Arrow::new(),

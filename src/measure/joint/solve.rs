@@ -177,7 +177,8 @@ pub(super) struct Solved {
 }
 
 impl Solved {
-    /// None yet.
+    /// None yet. Not inlined, so that it is made where it stays.
+    #[inline(never)]
     pub fn new() -> Self {
         Self { parts: Vec::new(), shared: [0.0; SHARED], variance: 0.0, factor: None }
     }
