@@ -102,17 +102,18 @@ fn change(unknown: usize, by: f32) -> Step {
     step
 }
 
-/// The right-hand sides are the slopes of half the sum of squares, whatever is unknown.
+/// The right-hand sides are the slopes of half the sum of squares, whatever is unknown; less exactly where edges blur into each
+/// other.
 #[test]
 fn equations_are_the_slope_of_the_squares() {
-    for ratio in [0.5, 0.9] {
+    for (ratio, room) in [(0.5, 0.06), (0.9, 0.16)] {
         let model = model(ratio);
         let crossings = crossings(&model);
         let scene = Scene::new(&model, SIZE, 0.3, false);
         let (m, right) = arrow(&model, &crossings).whole::<15>(&scene, SIZE);
         for unknown in 0..2 * OWN + SHARED {
             let by = match unknown {
-                0..10 => 1.2e-3,
+                0..10 => 1e-3,
                 10 | 11 => 0.3,
                 12 | 13 => 3e-3,
                 _ => 1e-2,
@@ -122,12 +123,18 @@ fn equations_are_the_slope_of_the_squares() {
                 moved.take(&change(unknown, by), SIZE).unwrap();
                 arrow(&moved, &crossings).squares()
             };
-            let slope = (squares(by) - squares(-by)) / (-4.0 * by);
+            // Samples that change sides make the squares jump: the median over steps hardly sees that.
+            let mut slopes = [0.5, 0.7, 1.0, 1.4, 2.0].map(|size| {
+                let by = size * by;
+                (squares(by) - squares(-by)) / (-4.0 * by)
+            });
+            slopes.sort_by(f32::total_cmp);
+            let slope = slopes[2];
             // In standard deviations of what noise of one level makes of it.
             let deviation = libm::sqrtf(m[unknown][unknown]);
             let (right, slope) = (right[unknown] / deviation, slope / deviation);
             assert!(
-                (right - slope).abs() < 0.08 * (1.0 + slope.abs()),
+                (right - slope).abs() < room * (1.0 + slope.abs()),
                 "{ratio} {unknown}: {right} for {slope}"
             );
         }
