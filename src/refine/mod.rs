@@ -206,8 +206,8 @@ impl<'i> Window<'i> {
                 let Some(pixel) = self.image.level(x, y) else { continue };
                 let seen = ((x - i32::from(x0)) as f32, (y - i32::from(y0)) as f32);
                 let Some(place) = self.origin.place(seen) else { continue };
-                let lens = Slope(self.origin.slope(place));
-                if let Some(expected) = model.at(place, &lens, REACH) {
+                let lens = |place| Slope(self.origin.slope(place));
+                if let Some(expected) = model.at(place, lens, REACH) {
                     f(pixel, place, &expected);
                 }
             }

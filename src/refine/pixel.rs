@@ -23,6 +23,19 @@ impl Slope {
         let Self([xx, xy, yx, yy]) = *self;
         (gx * xx + gy * yx, gx * xy + gy * yy)
     }
+
+    /// How much larger an area is in the undistorted plane.
+    fn det(&self) -> f32 {
+        let Self([xx, xy, yx, yy]) = *self;
+        xx * yy - xy * yx
+    }
+
+    /// Square of the length in the image of a short way in the undistorted plane.
+    fn square(&self, (x, y): (f32, f32)) -> f32 {
+        let Self([xx, xy, yx, yy]) = *self;
+        let (x, y, det) = (yy * x - xy * y, xx * y - yx * x, self.det());
+        (x * x + y * y) / (det * det)
+    }
 }
 
 /// An edge as a pixel near to it sees it.
@@ -55,9 +68,14 @@ impl Model {
         (self.dark + self.contrast() * expected.lightness) * expected.light
     }
 
-    /// The pixel at `(x, y)`, where the lens has the derivative `lens`; `None` if it is farther than `reach` px from every
-    /// edge.
-    pub(super) fn at(&self, (x, y): (f32, f32), lens: &Slope, reach: f32) -> Option<Expected> {
+    /// The pixel at `(x, y)`, where `lens` gives the derivative of the lens; `None` if it is farther than `reach` px from
+    /// every edge.
+    pub(super) fn at(
+        &self,
+        (x, y): (f32, f32),
+        lens: impl Fn((f32, f32)) -> Slope,
+        reach: f32,
+    ) -> Option<Expected> {
         let outside = self.outlines.first().map_or(0.0, |outer| if outer.inside < 0.0 { 1.0 } else { 0.0 });
         let light = 1.0 + self.gx * x + self.gy * y;
         let mut expected = Expected { lightness: outside, by_blur: 0.0, light, edges: Vec::new() };
@@ -74,7 +92,7 @@ impl Model {
                 expected.lightness += outline.inside;
                 continue;
             }
-            let distance = self.add_edge(&mut expected, k, (u, v, radius), lens);
+            let distance = self.add_edge(&mut expected, k, (u, v, radius), &lens);
             nearest = nearest.min(distance.abs());
         }
         (nearest <= reach).then_some(expected)
@@ -86,7 +104,7 @@ impl Model {
         expected: &mut Expected,
         k: usize,
         (u, v, radius): (f32, f32, f32),
-        lens: &Slope,
+        lens: impl Fn((f32, f32)) -> Slope,
     ) -> f32 {
         let Some(outline) = self.outlines.get(k) else { return f32::INFINITY };
         let band = BAND * self.blur;
@@ -94,13 +112,19 @@ impl Model {
         let Frame { l0, l1, l2 } = outline.frame;
         // The place on the outline in the same direction from the centre, and the conic's gradient there (half of it).
         let (u, v) = (u / radius, v / radius);
+        let (px, py) = outline.frame.inverse(u, v);
+        // Half way between both the lens has the derivative that takes the one to the other.
+        let half = 0.5 * (radius + 1.0);
+        let (cx, cy) = (outline.shape.cx, outline.shape.cy);
+        let lens = lens((cx + half * px, cy + half * py));
         let (gx, gy) = lens.gradient((l0 * u, l1 * u + l2 * v));
         let slope = 1.0 / math::sqrt(gx * gx + gy * gy);
-        let curvature = outline.det * slope * slope * slope;
+        let area = lens.det();
+        let curvature = outline.det * area * area * slope * slope * slope;
         let along = (radius - 1.0) * slope;
         // That place is not the nearest one: the outline curves away between them.
-        let ((px, py), depth) = (outline.frame.inverse(u, v), radius - 1.0);
-        let aside = depth * depth * (px * px + py * py - slope * slope).max(0.0);
+        let depth = radius - 1.0;
+        let aside = depth * depth * (lens.square((px, py)) - slope * slope).max(0.0);
         let distance = along + 0.5 * curvature * aside;
         if distance > band {
             return distance;
