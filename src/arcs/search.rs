@@ -41,6 +41,7 @@ const MAX_RADIUS: i32 = 11;
 const APART: i32 = 3 * PX;
 
 /// The ellipse of a long arc: that of consecutive points with the most points of the whole outline on it.
+#[inline(never)]
 pub(crate) fn free(mut points: Points) -> Option<Arc> {
     let unit = Unit::of(&points.points);
     points.sort(unit.shift);
@@ -66,6 +67,7 @@ fn scale(arc: &Arc) -> f32 {
 }
 
 /// The ellipses of consecutive pieces that have most points on them, with their scores.
+#[inline(never)]
 fn trials(pieces: &Pieces, points: &[Point], unit: &Unit) -> [Option<(u32, Arc)>; REFINED] {
     let mut best = [None; REFINED];
     let turns = pieces.turns(unit);
@@ -207,6 +209,7 @@ fn score(arc: &Arc, points: &[Point], distance: f32) -> f32 {
 
 /// Fits the ellipse to the points that are near it, again and again: algebraically, which gets there from far but shrinks an
 /// arc's ellipse. `None` if what it comes to is clearly none that [`take`](super::take) takes.
+#[inline(never)]
 fn approach(arc: &Arc, share: f32, points: &[Point], unit: &Unit) -> Option<Arc> {
     let mut arc = *arc;
     for distance in REFINE.map(|distance| share * distance) {
@@ -230,6 +233,7 @@ fn finish(arc: &Arc, share: f32, points: &[Point]) -> Option<Arc> {
 }
 
 /// Adjusts the ellipse geometrically, with the points within each of `distances` in turn.
+#[inline(never)]
 fn adjust(
     arc: &Arc,
     points: &[Point],
