@@ -9,7 +9,7 @@ use crate::log::log;
 use crate::measure::measure;
 use crate::region::{Region, Regions};
 use crate::reject::{Observer, Reject, Rejected};
-use crate::scan::{NONE, Run, Scanner};
+use crate::scan::{Run, Scanner};
 use crate::settings::{Compensation, Polarity, Settings};
 use crate::storage::Storage;
 use crate::summary::{Summary, Used};
@@ -240,7 +240,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         while let Some(label) = self.detector.scanner.outlines.take_closed() {
             if let Err(cause) = self.waiting.add(label, &mut self.detector.scanner) {
                 self.reject(label, cause);
-                self.free(label);
+                self.detector.scanner.free(label);
             }
         }
     }
@@ -258,7 +258,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
             let alone = scanner.outlines.get(head).is_some_and(candidate::is_alone);
             let measured = if alone { Err(Reject::Alone) } else { measure(head, scanner, settings) };
             let target = measured.map_err(|cause| self.reject(head, cause));
-            self.free(head);
+            self.detector.scanner.free(head);
             if let Ok(target) = target {
                 log!(trace, "target at {}", target.centre);
                 self.summary.targets = self.summary.targets.saturating_add(1);
@@ -284,17 +284,6 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
                 width: outline.width(),
                 height: outline.height(),
             });
-        }
-    }
-
-    /// Gives back an outline and those inside it.
-    fn free(&mut self, mut label: u16) {
-        let Scanner { outlines, pool, .. } = &mut self.detector.scanner;
-        while let Some(outline) = outlines.get_mut(label) {
-            pool.free(&mut outline.crossings);
-            let inner = core::mem::replace(&mut outline.inner, NONE);
-            outlines.free(label);
-            label = inner;
         }
     }
 }

@@ -192,7 +192,10 @@ fn json_has_the_documented_shape() {
     let lines = json(&output);
     let [line] = &lines[..] else { panic!("{lines:?}") };
     assert_no_null(line);
-    assert_eq!(keys(line), ["dropped", "height", "image", "ms", "rejected", "targets", "width"]);
+    assert_eq!(
+        keys(line),
+        ["dropped", "height", "image", "ms", "rejected", "targets", "unsearched", "width"]
+    );
     assert_eq!(
         (&line["image"], &line["width"], &line["height"]),
         (&"a.png".into(), &1280.into(), &1024.into())

@@ -191,6 +191,16 @@ impl<'s> Scanner<'s> {
         label
     }
 
+    /// Gives back an outline and those inside it.
+    pub fn free(&mut self, mut label: u16) {
+        while let Some(outline) = self.outlines.get_mut(label) {
+            self.pool.free(&mut outline.crossings);
+            let inner = core::mem::replace(&mut outline.inner, NONE);
+            self.outlines.free(label);
+            label = inner;
+        }
+    }
+
     /// Transitions of the last linked row, with the labels of their outlines.
     pub fn last_transitions(&self) -> &[Transition] {
         self.previous.as_slice()

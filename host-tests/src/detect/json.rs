@@ -18,6 +18,7 @@ struct Line<'a> {
     #[serde(serialize_with = "counts")]
     rejected: &'a Rejects,
     dropped: DroppedEntry,
+    unsearched: u32,
 }
 
 #[derive(Serialize)]
@@ -90,6 +91,7 @@ pub fn line(picture: &Picture, outcome: &Outcome) -> Result<String> {
         targets: outcome.targets.iter().map(|target| entry(target, outcome)).collect(),
         rejected: &outcome.summary.rejected,
         dropped: DroppedEntry { runs, outlines, crossings },
+        unsearched: outcome.summary.unsearched,
     };
     Ok(serde_json::to_string(&line)? + "\n")
 }

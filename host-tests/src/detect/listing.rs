@@ -50,8 +50,12 @@ pub fn text(picture: &Picture, outcome: &Outcome) -> String {
             plane.used, plane.left_out
         );
     }
+    let unsearched = match outcome.summary.unsearched {
+        0 => String::new(),
+        count => format!("{count} not searched for arcs; "),
+    };
     let account = format!(
-        "rejected: {}; dropped: {}; {:.2} ms",
+        "rejected: {}; dropped: {}; {unsearched}{:.2} ms",
         list(outcome.summary.rejected.iter().map(|(cause, count)| (cause.name(), count))),
         lost(outcome),
         outcome.elapsed.as_secs_f64() * 1e3

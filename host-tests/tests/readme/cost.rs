@@ -36,6 +36,11 @@ fn target(processor: &Value, scene: &str) -> String {
     format!("{:.0}", number(&frame["target"]["instructions"]) / 1e3)
 }
 
+/// The same processor with the library's features off.
+fn lean(processor: &Value) -> &Value {
+    &processor["lean"]
+}
+
 pub fn table() -> String {
     let baseline: Value = serde_json::from_str(&read(BASELINE)).expect("JSON");
     let of = |name: &str| {
@@ -43,15 +48,22 @@ pub fn table() -> String {
         all.iter().find(|one| one["processor"] == name).unwrap_or_else(|| panic!("{BASELINE} lacks {name}"))
     };
     type Figure = fn(&Value) -> String;
-    let rows: [(&str, Figure); 8] = [
+    let rows: [(&str, Figure); 13] = [
         ("scan, empty frame, a pixel", |p| scan(p, "empty")),
         ("scan, 60 targets, a pixel", |p| scan(p, "60 targets")),
         ("scan, noise, a pixel", |p| scan(p, "noise")),
+        ("scan, clutter, a pixel", |p| scan(p, "clutter")),
+        ("scan, checkerboard of 6 px, a pixel", |p| scan(p, "checkerboard 6 px")),
         ("target of radius 10 px, thousands", |p| target(p, "radius 10")),
         ("target of radius 30 px, thousands", |p| target(p, "radius 30")),
         ("target of radius 100 px, thousands", |p| target(p, "radius 100")),
         ("stack, measured, bytes", |p| p["stack"]["measured"].to_string()),
         ("flash of the library, bytes", |p| p["library_flash"].to_string()),
+        ("the same compiled for size", |p| p["library_flash_small"].to_string()),
+        ("without the features `arcs`, `camera`, `joint`: that", |p| {
+            lean(p)["library_flash_small"].to_string()
+        }),
+        ("and the stack, measured", |p| lean(p)["stack"]["measured"].to_string()),
     ];
     let rows = rows.map(|(what, figure)| {
         [what.to_owned()].into_iter().chain(PROCESSORS.iter().map(|(name, _)| figure(of(name)))).collect()
