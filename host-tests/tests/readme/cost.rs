@@ -59,11 +59,11 @@ pub fn table() -> String {
         ("target of radius 100 px, thousands", |p| target(p, "radius 100")),
         ("stack, measured, bytes", |p| p["stack"]["measured"].to_string()),
         ("flash of the library, bytes", |p| p["library_flash"].to_string()),
-        ("the same compiled for size", |p| p["library_flash_small"].to_string()),
-        ("without the features `arcs`, `camera`, `joint`: that", |p| {
+        ("the same, compiled for size", |p| p["library_flash_small"].to_string()),
+        ("flash for size, without `arcs`, `camera`, `joint`, bytes", |p| {
             lean(p)["library_flash_small"].to_string()
         }),
-        ("and the stack, measured", |p| lean(p)["stack"]["measured"].to_string()),
+        ("stack without them, measured, bytes", |p| lean(p)["stack"]["measured"].to_string()),
     ];
     let rows = rows.map(|(what, figure)| {
         [what.to_owned()].into_iter().chain(PROCESSORS.iter().map(|(name, _)| figure(of(name)))).collect()
