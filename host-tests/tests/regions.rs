@@ -70,10 +70,23 @@ fn scenes() -> Vec<(Frame, bool)> {
 
 #[test]
 fn a_target_in_its_region_is_measured_as_in_the_whole_frame() {
+    measured_in_regions(TargetSpec::any(), scenes());
+}
+
+/// On dark paper too, of which nothing outside the regions is known.
+#[test]
+fn a_light_target_in_its_region_is_measured_as_in_the_whole_frame() {
+    let mut negatives = scenes();
+    let pixels = negatives.iter_mut().flat_map(|(frame, _)| &mut frame.pixels);
+    pixels.for_each(|pixel| *pixel = 255 - *pixel);
+    measured_in_regions(TargetSpec::any().light(), negatives);
+}
+
+fn measured_in_regions(spec: TargetSpec, scenes: Vec<(Frame, bool)>) {
     let mut storage = Box::<Desktop>::default();
-    let mut detector = Detector::new(settings(), &mut storage);
+    let mut detector = Detector::new(Settings::new(spec), &mut storage);
     let (mut all, mut same, mut skipped) = (0, 0, 0);
-    for (frame, is_clean) in scenes() {
+    for (frame, is_clean) in scenes {
         let (whole, none) = search(&mut detector, &frame, None);
         assert_eq!(none, 0);
         let mut regions: Vec<_> = whole.iter().map(|target| around(target, AROUND, &frame)).collect();
