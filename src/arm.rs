@@ -64,6 +64,17 @@ pub(crate) fn calm(strips: &[[u32; 16]], lines: &[[u32; 8]], first: usize, width
     unsafe { calm_strips(strips.as_ptr(), words.as_ptr(), count, width) }
 }
 
+/// Takes the word so many bytes after r1 into r5 and r6.
+macro_rules! next_word {
+    ($at:literal) => {
+        concat!(
+            "ldr r7, [r1, #",
+            $at,
+            "]\nlsrs r7, r7, #1\nands r7, r3\nadds r7, r7, r4\nands r5, r7\nadd r7, r8\norrs r6, r7"
+        )
+    };
+}
+
 /// The same for `count` strips, at least one, whose words begin at `words`.
 // SAFETY: the arguments come in r0 to r3 and the result goes in r0; the other registers are the caller's and are given back;
 // every Arm has the instructions.
@@ -91,27 +102,9 @@ unsafe extern "C" fn calm_strips(
         "adds r5, r5, r4",
         "mov r6, r5",
         "add r6, r8",
-        "ldr r7, [r1, #8]",
-        "lsrs r7, r7, #1",
-        "ands r7, r3",
-        "adds r7, r7, r4",
-        "ands r5, r7",
-        "add r7, r8",
-        "orrs r6, r7",
-        "ldr r7, [r1, #16]",
-        "lsrs r7, r7, #1",
-        "ands r7, r3",
-        "adds r7, r7, r4",
-        "ands r5, r7",
-        "add r7, r8",
-        "orrs r6, r7",
-        "ldr r7, [r1, #24]",
-        "lsrs r7, r7, #1",
-        "ands r7, r3",
-        "adds r7, r7, r4",
-        "ands r5, r7",
-        "add r7, r8",
-        "orrs r6, r7",
+        next_word!(8),
+        next_word!(16),
+        next_word!(24),
         // The top bits of all, of none of any.
         "bics r5, r6",
         "mvns r5, r5",
