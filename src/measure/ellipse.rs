@@ -204,7 +204,8 @@ fn start(edge: &Edge, places: impl Iterator<Item = (i32, i32)>, origin: &Origin)
     sums.fit().ok_or(Reject::NotElliptic)
 }
 
-/// The sectors in which the light beside the edge is the same as around most of the circle.
+/// The sectors in which the light beside the edge is the same as around most of the circle, and the variance of the light in them from
+/// place to place, in units of the contrast. The noise is that of the samples, and the same without what disturbs them.
 pub(super) fn even_sectors<'c>(
     shape: &Shape,
     crossings: impl Iterator<Item = &'c Crossing> + Clone,

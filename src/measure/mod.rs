@@ -132,21 +132,21 @@ fn disturbed_levels(
     let mut blur = edge::measure_blur(edges, pool, &levels);
     let mut levels = levels.refined(edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
     check_contrast(levels.contrast())?;
-    let disturbed =
+    let is_spoiled =
         |levels: &Levels, blur: &Blur| levels.noise > limits::DISTURBED * blur.noise * levels.contrast();
     for _ in 0..LEVEL_PASSES {
-        if !covered && !disturbed(&levels, &blur) {
+        if !covered && !is_spoiled(&levels, &blur) {
             break;
         }
         blur = edge::measure_blur(edges, pool, &levels);
         levels = levels.refined(edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
         check_contrast(levels.contrast())?;
     }
-    let disturbed = disturbed(&levels, &blur);
-    if disturbed {
+    let spoiled = is_spoiled(&levels, &blur);
+    if spoiled {
         levels = levels.disturbed();
     }
-    Ok((levels, blur.sigma, disturbed))
+    Ok((levels, blur.sigma, spoiled))
 }
 
 /// The outermost outline of the chain that can be a circle of a target. What is around it and open by itself is none, nor are

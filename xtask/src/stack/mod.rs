@@ -71,7 +71,11 @@ pub fn check_room(elf: &Path, image: &Image, target: Target) -> Result<()> {
     let mut walk = Walk::new(&functions);
     let deepest = functions.keys().map(|&start| walk.depth(start, &mut Vec::new()));
     let (bytes, chain) = deepest.max_by_key(|(bytes, _)| *bytes).unwrap_or_default();
-    println!("room for the stack: {room} bytes; deepest calls: {bytes}, reserve: {RESERVE}");
+    let unknown = walk.bound.unknown.len();
+    println!(
+        "room for the stack: {room} bytes; deepest calls: {bytes}, reserve: {RESERVE} for interrupts and {unknown} calls or frames \
+         that are not counted"
+    );
     ensure!(bytes + RESERVE <= room, "the stack does not fit:\n  {}", chain.join("\n  "));
     Ok(())
 }
