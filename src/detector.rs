@@ -137,6 +137,7 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         }
         let Summary { width, height, .. } = self.summary;
         self.regions = Regions::new(regions, (width, height)).map_err(|at| FrameError::Region { at })?;
+        self.summary.limited = true;
         Ok(self)
     }
 

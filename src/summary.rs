@@ -21,6 +21,8 @@ pub struct Summary {
     pub width: u16,
     /// Height of the frame, px.
     pub height: u16,
+    /// Only [regions](crate::Scan::within) of it were searched.
+    pub limited: bool,
     /// Targets handed out.
     pub targets: u32,
     /// Candidates that are no targets, by cause.
@@ -28,7 +30,7 @@ pub struct Summary {
     /// What full buffers cost.
     pub dropped: Dropped,
     /// Broken outlines in which no arcs were looked for, because the frame had used up its searches (16 and one for 4096 px, at
-    /// most 64) or most of its runs. Not part of the report.
+    /// most 64) or most of its runs.
     pub unsearched: u32,
     /// What it needed of the buffers. Not part of the report.
     pub used: Used,

@@ -50,7 +50,7 @@ const SURROUNDINGS: [f32; 2] = [24.0, 12.0];
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Track {
-    /// Given to no other target until 65535 more have appeared.
+    /// From 1 on; given to no other target until 65534 more have appeared.
     pub id: u16,
     /// Frames since it appeared, 0 in the first. Saturates.
     pub age: u32,
@@ -100,7 +100,7 @@ impl Track {
 #[derive(Clone, Debug, Default)]
 pub struct Tracker<const TARGETS: usize> {
     tracks: Vec<Track, TARGETS>,
-    next_id: u16,
+    last_id: u16,
     /// Frames from one that is searched as a whole to the next, and since the last.
     period: u16,
     since_whole: u16,
@@ -110,7 +110,7 @@ pub struct Tracker<const TARGETS: usize> {
 impl<const TARGETS: usize> Tracker<TARGETS> {
     /// Follows nothing yet, and searches whole frames.
     pub const fn new() -> Self {
-        Self { tracks: Vec::new(), next_id: 0, period: 0, since_whole: 0, found_again: 0 }
+        Self { tracks: Vec::new(), last_id: 0, period: 0, since_whole: 0, found_again: 0 }
     }
 
     /// Has one frame in `period` searched as a whole, and the others only where targets are expected; 0 and 1: all as a
@@ -118,6 +118,16 @@ impl<const TARGETS: usize> Tracker<TARGETS> {
     pub const fn whole_every(mut self, period: u16) -> Self {
         self.period = period;
         self
+    }
+
+    /// Frames from one that is searched as a whole to the next.
+    pub fn period(&self) -> u16 {
+        self.period
+    }
+
+    /// Changes that from the next frame on.
+    pub fn set_period(&mut self, period: u16) {
+        self.period = period;
     }
 
     /// Where the targets are expected in the frame that has begun, of this size, sorted by row; `None`: search it as a whole.
@@ -177,10 +187,10 @@ impl<const TARGETS: usize> Tracker<TARGETS> {
             track.see((x, y), reach);
             return Some(*track);
         }
-        let track =
-            Track { id: self.next_id, age: 0, missed: 0, place: (x, y), step: (0.0, 0.0), reach, seen: true };
+        let id = self.last_id.checked_add(1).unwrap_or(1);
+        let track = Track { id, age: 0, missed: 0, place: (x, y), step: (0.0, 0.0), reach, seen: true };
         self.tracks.push(track).ok()?;
-        self.next_id = self.next_id.wrapping_add(1);
+        self.last_id = id;
         Some(track)
     }
 

@@ -8,6 +8,7 @@ use anyhow::{Context, Result, bail};
 use concentric::report::{Report, max_len};
 use concentric::track::Tracker;
 use concentric::{Detector, Image, Region, Run, Summary};
+use concentric_host::link::runs;
 use concentric_host::picture::Picture;
 use concentric_host::workload::{RADII, SIZES, crowds, lone};
 use serde::Serialize;
@@ -105,17 +106,7 @@ impl Frame {
 
     /// The same when logic beside the processor finds the runs. A threshold for all is enough for it here.
     fn with_runs(&self) -> Self {
-        let row = |row: &[u8]| {
-            let mut runs: Vec<Run> = Vec::new();
-            for (x, _) in (0..).zip(row).filter(|(_, level)| **level < THRESHOLD) {
-                match runs.last_mut() {
-                    Some(run) if run.end == x => run.end += 1,
-                    _ => runs.push(Run { start: x, end: x + 1 }),
-                }
-            }
-            runs
-        };
-        let runs = self.pixels.chunks(self.width as usize).map(row).collect();
+        let runs = self.pixels.chunks(self.width as usize).map(|row| runs(row, THRESHOLD)).collect();
         Self { scene: "60 targets with runs".to_owned(), runs: Some(runs), ..self.clone() }
     }
 

@@ -2,6 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::iter;
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -9,6 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
+use concentric::Run;
 use tempfile::TempDir;
 
 use crate::picture::Picture;
@@ -19,7 +21,6 @@ pub mod protocol;
 
 use protocol::{
     ANSWER, ANSWER_WORDS, Answer, DONE, Frame, MAGIC, ORDER, ORDERED, Order, Outcome, PIXELS, READY,
-    words_in_row,
 };
 
 /// A board that QEMU emulates.
@@ -75,6 +76,18 @@ pub fn sample_frames() -> Result<Vec<Picture>> {
         Picture::new(format!("sample {number}"), frame.width, frame.height, frame.pixels)
     };
     (1..=10).map(render).collect()
+}
+
+/// The dark runs of a row as logic finds them that compares with one threshold.
+pub fn runs(row: &[u8], threshold: u8) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (x, _) in (0..).zip(row).filter(|(_, level)| **level < threshold) {
+        match runs.last_mut() {
+            Some(run) if run.end == x => run.end += 1,
+            _ => runs.push(Run { start: x, end: x + 1 }),
+        }
+    }
+    runs
 }
 
 /// Where the head's serial port leads.
@@ -147,32 +160,56 @@ impl Head {
     /// # Errors
     /// The frame does not fit the mailbox, the head refuses it, or does not answer within a minute.
     pub fn measure(&mut self, frame: Frame, pixels: &[u8]) -> Result<Answer> {
-        self.measure_by(Order::Measure(frame), (frame.width, frame.height), pixels)
+        self.measure_by(Order::Measure(frame), (frame.width, frame.height), pixels, &[])
     }
 
-    /// The same with the settings that are in force.
+    /// The same with the runs of each row, as logic that takes no difference of grey levels below `min_contrast` for an edge finds
+    /// them.
+    ///
+    /// # Errors
+    /// As [`measure`](Self::measure).
+    pub fn measure_with_runs(
+        &mut self,
+        frame: Frame,
+        pixels: &[u8],
+        runs: &[Vec<Run>],
+        min_contrast: u8,
+    ) -> Result<Answer> {
+        let words = |runs: &Vec<Run>| {
+            let first = runs.len() as u32 | u32::from(min_contrast) << 16;
+            let run = |run: &Run| u32::from(run.start) | u32::from(run.end) << 16;
+            iter::once(first).chain(runs.iter().map(run)).flat_map(u32::to_le_bytes).collect()
+        };
+        let behind: Vec<Vec<u8>> = runs.iter().map(words).collect();
+        self.measure_by(Order::MeasureWithRuns(frame), (frame.width, frame.height), pixels, &behind)
+    }
+
+    /// The same as [`measure`](Self::measure) with the settings that are in force.
     ///
     /// # Errors
     /// As [`measure`](Self::measure).
     pub fn measure_as_set(&mut self, (width, height): (u32, u32), pixels: &[u8]) -> Result<Answer> {
-        self.measure_by(Order::MeasureAsSet { width, height }, (width, height), pixels)
+        self.measure_by(Order::MeasureAsSet { width, height }, (width, height), pixels, &[])
     }
 
-    fn measure_by(&mut self, order: Order, (width, height): (u32, u32), pixels: &[u8]) -> Result<Answer> {
+    /// `behind` has what follows each row.
+    fn measure_by(
+        &mut self,
+        order: Order,
+        (width, height): (u32, u32),
+        pixels: &[u8],
+        behind: &[Vec<u8>],
+    ) -> Result<Answer> {
         let (width, height) = (width as usize, height as usize);
         ensure!(pixels.len() == width * height, "{} pixels for a frame of {width}x{height}", pixels.len());
-        let stride = words_in_row(width) * 4;
         let room = MAILBOX_BYTES as usize - PIXELS * 4;
-        ensure!(
-            stride * height <= room,
-            "a frame of {width}x{height} does not fit the mailbox of {room} bytes"
-        );
-        let mut rows = vec![0; stride * height];
-        if width > 0 {
-            for (to, from) in rows.chunks_exact_mut(stride).zip(pixels.chunks_exact(width)) {
-                to[..width].copy_from_slice(from);
-            }
+        let mut rows = Vec::new();
+        for (y, row) in pixels.chunks_exact(width.max(1)).enumerate() {
+            rows.extend_from_slice(row);
+            rows.resize(rows.len().next_multiple_of(4), 0);
+            rows.extend_from_slice(behind.get(y).map_or(&[], Vec::as_slice));
         }
+        ensure!(rows.len() <= room, "a frame of {width}x{height} does not fit the mailbox of {room} bytes");
         self.put(PIXELS, &rows)?;
         let answer = self.order(order)?;
         ensure!(answer.outcome == Outcome::Done, "the head refuses the frame: {}", answer.outcome.reason());

@@ -10,9 +10,10 @@ use concentric::report::{
     Answer, COMMAND_MAX_LEN, Command, Decoder, Detail, HELLO_MAX_LEN, Hello, Message, Outcome, Ratios,
     Report, Request, max_len,
 };
-use concentric::{Detector, Image};
+use concentric::track::Tracker;
+use concentric::{Detector, Image, Run};
 use concentric_host::link::protocol::{Frame, HeadStorage, MAX_TARGETS, MAX_WIDTH, VERSION};
-use concentric_host::link::{Head, MPS2_AN386, MPS2_AN500, Machine, RISCV_VIRT, Serial, sample_frames};
+use concentric_host::link::{Head, MPS2_AN386, MPS2_AN500, Machine, RISCV_VIRT, Serial, runs, sample_frames};
 use concentric_host::picture::Picture;
 use concentric_host::render::{Artwork, Camera, Scene, Shading, Style};
 
@@ -112,15 +113,21 @@ fn cases() -> Result<Vec<Case>> {
 /// What a desktop that measures the same frames sends.
 struct Desktop {
     storage: Box<HeadStorage>,
+    tracker: Tracker<MAX_TARGETS>,
     told: Option<Detail>,
 }
 
 impl Desktop {
     fn new() -> Self {
-        Self { storage: Box::new(HeadStorage::new()), told: None }
+        Self { storage: Box::new(HeadStorage::new()), tracker: Tracker::new(), told: None }
     }
 
     fn send(&mut self, seq: u32, case: &Case) -> Result<Vec<u8>> {
+        self.send_with(seq, case, None)
+    }
+
+    /// The same; `given` are the runs of the rows and their contrast where they are known.
+    fn send_with(&mut self, seq: u32, case: &Case, given: Option<(&[Vec<Run>], u8)>) -> Result<Vec<u8>> {
         let detail = case.frame.detail();
         let mut sent = Vec::new();
         let mut hello = |detail| -> Result<()> {
@@ -137,14 +144,26 @@ impl Desktop {
         }
         let mut report = Report::<MAX_TARGETS>::new(detail);
         report.begin(seq);
+        self.tracker.begin();
+        let mut take = |target| report.push_tracked(&target, self.tracker.follow(&target).as_ref());
         let mut detector = Detector::new(case.frame.settings()?, &mut *self.storage);
         let image = Image::new(&case.pixels, case.frame.width.try_into()?, case.frame.height.try_into()?)?;
-        let mut found = detector.detect(&image)?;
-        for target in found.by_ref() {
-            report.push(&target);
+        let (width, height) = image.size();
+        let mut scan = match self.tracker.regions(width, height) {
+            Some(ref regions) if given.is_none() => detector.begin(width, height)?.within(regions)?,
+            _ => detector.begin(width, height)?,
+        };
+        for (y, row) in case.pixels.chunks_exact(width.into()).enumerate() {
+            let targets = match given {
+                Some((runs, min_contrast)) => scan.push_row_with_runs(row, &runs[y], min_contrast)?,
+                None => scan.push_row(row)?,
+            };
+            targets.for_each(&mut take);
         }
+        let mut rest = scan.finish()?;
+        rest.by_ref().for_each(&mut take);
         let mut bytes = vec![0; max_len(MAX_TARGETS, detail)];
-        sent.extend_from_slice(report.finish(&found.summary(), &mut bytes)?);
+        sent.extend_from_slice(report.finish(&rest.summary(), &mut bytes)?);
         Ok(sent)
     }
 }
@@ -173,6 +192,7 @@ macro_rules! on {
 on!(mps2_an386, super::MPS2_AN386,
     twenty_frames_give_the_bytes_of_the_desktop photographs_give_the_bytes_of_the_desktop
     an_altered_block_of_pixels_gives_other_bytes the_log_is_the_one_beside_the_firmware
+    targets_are_followed_and_looked_for_where_they_are_expected
     a_head_that_refuses_a_frame_says_why_and_takes_the_next
     commands_change_the_next_report_and_damage_costs_only_itself);
 on!(mps2_an500, super::MPS2_AN500,
@@ -180,6 +200,7 @@ on!(mps2_an500, super::MPS2_AN500,
 on!(riscv_virt, super::RISCV_VIRT,
     twenty_frames_give_the_bytes_of_the_desktop photographs_give_the_bytes_of_the_desktop
     an_altered_block_of_pixels_gives_other_bytes a_head_that_refuses_a_frame_says_why_and_takes_the_next
+    runs_from_the_fabric_give_the_bytes_of_the_desktop targets_are_followed_and_looked_for_where_they_are_expected
     commands_change_the_next_report_and_damage_costs_only_itself);
 
 fn twenty_frames_give_the_bytes_of_the_desktop(machine: Machine) -> Result<()> {
@@ -224,6 +245,52 @@ fn photographs_give_the_bytes_of_the_desktop(machine: Machine) -> Result<()> {
         ensure!(head.report(answer.length)? == desktop.send(seq, &case)?, "{name}: the head's bytes differ");
         ensure!(answer.targets >= least, "{name}: only {} targets", answer.targets);
     }
+    head.exit(0)?;
+    Ok(())
+}
+
+fn runs_from_the_fabric_give_the_bytes_of_the_desktop(machine: Machine) -> Result<()> {
+    const CONTRAST: u8 = 40;
+    let (mut head, mut desktop) = (boot(machine)?, Desktop::new());
+    // Odd width: the words of a row's runs begin behind its padding.
+    for (seq, case) in [
+        (1, Case::rendered("60 targets", HALF, &Scene::many(60, 640, 480, false, 7)?)),
+        (3, Case::rendered("odd size", HALF, &Scene::many(12, 637, 479, false, 7)?)),
+    ] {
+        let rows = case.pixels.chunks_exact(case.frame.width as usize);
+        let mut given: Vec<_> = rows.map(|row| runs(row, 125)).collect();
+        let answer = head.measure_with_runs(case.frame, &case.pixels, &given, CONTRAST)?;
+        ensure!(answer.targets >= 12, "{}: {} targets", case.name, answer.targets);
+        let expected = desktop.send_with(seq, &case, Some((&given, CONTRAST)))?;
+        ensure!(head.report(answer.length)? == expected, "{}: the head's bytes differ", case.name);
+        // One that ends beyond the row.
+        given[5].push(Run { start: 600, end: 700 });
+        let error = head.measure_with_runs(case.frame, &case.pixels, &given, CONTRAST).expect_err("refused");
+        assert!(format!("{error:#}").contains("the runs of a row"), "{error:#}");
+        desktop.tracker.begin();
+    }
+    head.exit(0)?;
+    Ok(())
+}
+
+fn targets_are_followed_and_looked_for_where_they_are_expected(machine: Machine) -> Result<()> {
+    let (mut head, mut desktop) = (boot(machine)?, Desktop::new());
+    let command = Command { tag: 1, request: Request::WholeEvery(3) };
+    head.tell(command.encode(&mut [0; COMMAND_MAX_LEN])?)?;
+    let (answer, read) = next_answer(&mut head)?;
+    assert_eq!((answer.outcome, answer.settings.whole_every), (Outcome::Done, 3));
+    desktop.tracker.set_period(3);
+    desktop.told = Some(Detail::Terse);
+    let mut read = read;
+    for seq in 1..=5 {
+        let place = [2.5 * f64::from(seq), 0.7];
+        let case = Case::rendered("drifting", HALF, &Scene::single(40.0, 30.0, 30.0, place));
+        let answer = head.measure(case.frame, &case.pixels)?;
+        ensure!(answer.targets == 1, "frame {seq}: {} targets", answer.targets);
+        ensure!(head.report(answer.length - read)? == desktop.send(seq, &case)?, "frame {seq} differs");
+        read = 0;
+    }
+    assert_eq!(desktop.tracker.tracks().first().map(|track| (track.id, track.age)), Some((1, 4)));
     head.exit(0)?;
     Ok(())
 }

@@ -14,6 +14,7 @@ use concentric::report::{
     ANSWER_MAX_LEN, Answer, CommandDecoder, Detail, Format, HELLO_MAX_LEN, HeadSettings, Hello,
     Outcome as Answered, Report, Request, Version, max_len,
 };
+use concentric::track::Tracker;
 use concentric::{Circle, Covariance, Dropped, Ellipse, Flags, Position, Reject, Summary, Target};
 use concentric_host::monitor::command::{Args, execute};
 use serde_json::{Value, json};
@@ -89,12 +90,21 @@ fn hello() -> Vec<u8> {
 fn frame(seq: u32, detail: Detail, targets: usize) -> Vec<u8> {
     let mut report = Report::<4>::new(detail);
     report.begin(seq);
-    (0..targets).for_each(|_| report.push(&target()));
+    let mut tracker = Tracker::<4>::new();
+    (0..targets).for_each(|_| report.push_tracked(&target(), tracker.follow(&target()).as_ref()));
     let rejected = [(Reject::Alone, 3), (Reject::Ratio, 0)].into_iter().collect();
     let dropped = Dropped { runs: 1, outlines: 2, crossings: 3 };
     let targets_found = targets as u32;
-    let summary =
-        Summary { width: 640, height: 480, targets: targets_found, rejected, dropped, ..Summary::default() };
+    let summary = Summary {
+        width: 640,
+        height: 480,
+        limited: true,
+        targets: targets_found,
+        rejected,
+        dropped,
+        unsearched: 6,
+        ..Summary::default()
+    };
     report.finish(&summary, &mut [0; max_len(4, Detail::Full)]).unwrap().to_vec()
 }
 
@@ -122,11 +132,12 @@ fn a_line_for_each_message() {
     let folder = folder();
     let bytes = [hello(), frame(7, Detail::Terse, 0), frame(8, Detail::Terse, 5)].concat();
     let outcome = monitor(&[&file(&folder, &bytes)]);
-    let entry = json!({"x": 1.25, "y": 1.5, "cov": null, "flags": ["small", "light"]});
+    let entry = |track| json!({"track": track, "age": 0, "x": 1.25, "y": 1.5, "cov": null, "flags": ["small", "light"]});
     let frame = |seq: u32, targets: usize, dropped: usize| {
-        json!({"kind": "frame", "seq": seq, "width": 640, "height": 480, "targets": vec![&entry; targets],
+        json!({"kind": "frame", "seq": seq, "width": 640, "height": 480, "limited": true,
+            "targets": (1..=targets).map(entry).collect::<Vec<_>>(),
             "rejected": {"alone": 3}, "dropped": {"runs": 1, "outlines": 2, "crossings": 3,
-                "targets": dropped, "reports": 0}})
+                "targets": dropped, "reports": 0}, "unsearched": 6})
     };
     let expected = [
         json!({"kind": "hello", "firmware": "3.2.1", "library": env!("CARGO_PKG_VERSION"), "max_width": 1280,
@@ -406,7 +417,8 @@ fn commands_are_sent_one_after_the_other_until_they_are_answered() {
     let heard = head.join().unwrap();
     assert_eq!(heard[..2], [Request::Detail(Detail::Full), Request::Detail(Detail::Full)]);
     assert!(matches!(heard[2..], [Request::Ratios(_), Request::Settings]));
-    let settings = json!({"ratios": [], "polarity": "dark", "compensation": "exact", "detail": "terse", "format": "text"});
+    let settings = json!({"ratios": [], "polarity": "dark", "compensation": "exact", "detail": "terse", "format": "text",
+        "whole_every": 0});
     let answer = |tag: u32, outcome: &str| json!({"kind": "answer", "tag": tag, "outcome": outcome, "settings": settings});
     let refused = answer(2, "ratio 0.04999 is outside 0.10001..=0.95000");
     assert_eq!(outcome.lines[..3], [answer(1, "done"), refused, answer(3, "done")]);

@@ -3,8 +3,8 @@
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
 
-use super::{FrameStart, Head, HeadError, Line};
-use crate::report::Report;
+use super::rows::{Runs, finish, limit, push};
+use super::{FrameStart, Head, HeadError, Line, Results};
 use crate::{Detector, Summary};
 
 /// [`head::RowSource`](super::RowSource), awaited.
@@ -24,6 +24,11 @@ pub trait RowSource {
     /// # Errors
     /// Those of the sensor; the frame is then given up.
     async fn read_row(&mut self, row: &mut [u8]) -> Result<(), Self::Error>;
+
+    /// As [`head::RowSource::runs`](super::RowSource::runs).
+    fn runs(&self) -> Option<Runs<'_>> {
+        None
+    }
 }
 
 /// [`head::measure`](super::measure), awaited.
@@ -34,25 +39,24 @@ pub async fn measure<S: RowSource, L, const N: usize>(
     detector: &mut Detector<'_>,
     source: &mut S,
     row: &mut [u8],
-    report: &mut Report<N>,
+    results: &mut Results<N>,
     mut between: impl FnMut(),
 ) -> Result<Summary, HeadError<S::Error, L>> {
     let start = source.start().await.map_err(HeadError::Source)?;
-    report.begin(start.seq);
+    results.begin(start.seq);
     let row = start.row(row)?;
+    let regions = results.tracker.regions(start.width, start.height);
     let mut scan = detector.begin(start.width, start.height).map_err(HeadError::Frame)?;
-    for _ in 0..start.height {
+    for y in 0..start.height {
         source.read_row(row).await.map_err(HeadError::Source)?;
-        for target in scan.push_row(row).map_err(HeadError::Row)? {
-            report.push(&target);
+        let runs = source.runs();
+        if y == 0 {
+            scan = limit(scan, regions.as_deref().filter(|_| runs.is_none()))?;
         }
+        push(&mut scan, row, runs, results)?;
         between();
     }
-    let mut rest = scan.finish().map_err(HeadError::Frame)?;
-    for target in rest.by_ref() {
-        report.push(&target);
-    }
-    Ok(rest.summary())
+    finish(scan, results)
 }
 
 impl<L: Line, S: OutputPin, T: InputPin, D: DelayNs> Head<'_, L, S, T, D> {
@@ -66,13 +70,13 @@ impl<L: Line, S: OutputPin, T: InputPin, D: DelayNs> Head<'_, L, S, T, D> {
         detector: &mut Detector<'_>,
         source: &mut R,
         row: &mut [u8],
-        report: &mut Report<N>,
+        results: &mut Results<N>,
     ) -> Result<Summary, HeadError<R::Error, L::Error>> {
-        self.serve(detector, report).map_err(HeadError::Line)?;
+        self.serve(detector, results).map_err(HeadError::Line)?;
         self.exposure.light_on().map_err(|_| HeadError::Strobe)?;
         let mut line = Ok(());
         let wire = &mut self.wire;
-        let summary = measure(detector, source, row, report, || wire.move_bytes(&mut line)).await;
-        self.after(summary, report, line)
+        let summary = measure(detector, source, row, results, || wire.move_bytes(&mut line)).await;
+        self.after(summary, results, line)
     }
 }

@@ -11,8 +11,8 @@
 //!
 //! ```
 //! # use core::convert::Infallible;
-//! use concentric::head::{Exposure, FrameStart, Head, RowSource, SendOnly, buffer_len};
-//! use concentric::report::{Detail, Format, Report, Version};
+//! use concentric::head::{Exposure, FrameStart, Head, Results, RowSource, SendOnly, buffer_len};
+//! use concentric::report::{Detail, Format, Version};
 //! use concentric::{Detector, Settings, Storage, TargetSpec};
 //!
 //! # struct Sensor(u32);
@@ -39,12 +39,12 @@
 //! # let (mut sensor, uart) = (Sensor(0), Uart);
 //! let mut storage = Storage::<64, 16, 1024>::new();
 //! let mut detector = Detector::new(Settings::new(TargetSpec::any()), &mut storage);
-//! let mut report = Report::<8>::new(Detail::Normal);
+//! let mut results = Results::<8>::new(Detail::Normal);
 //! let mut row = [0; 64];
 //! let mut buffer = [0; buffer_len(8, Detail::Normal)];
 //! let mut head = Head::new(SendOnly(uart), Exposure::free_running(), Version::LIBRARY, &mut buffer);
 //! for _ in 0..3 {
-//!     let summary = head.frame(&mut detector, &mut sensor, &mut row, &mut report)?;
+//!     let summary = head.frame(&mut detector, &mut sensor, &mut row, &mut results)?;
 //!     assert_eq!(summary.targets, 0);
 //! }
 //! # Ok::<(), Box<dyn core::error::Error>>(())
@@ -53,6 +53,7 @@
 pub mod asynch;
 mod exposure;
 mod remote;
+mod results;
 mod rows;
 mod wire;
 
@@ -69,7 +70,8 @@ use crate::report::{
 use crate::{Detector, FrameError, RowError, Summary};
 
 pub use exposure::{Absent, Exposure};
-pub use rows::{FrameStart, RowSource, measure};
+pub use results::Results;
+pub use rows::{FrameStart, RowSource, Runs, measure};
 pub use wire::{Line, SendOnly};
 
 use exposure::Wait;
@@ -125,9 +127,9 @@ impl<'b, L: Line, S: OutputPin, T: InputPin, D: DelayNs> Head<'b, L, S, T, D> {
         detector: &mut Detector<'_>,
         source: &mut R,
         row: &mut [u8],
-        report: &mut Report<N>,
+        results: &mut Results<N>,
     ) -> Result<Summary, HeadError<R::Error, L::Error>> {
-        self.serve(detector, report).map_err(HeadError::Line)?;
+        self.serve(detector, results).map_err(HeadError::Line)?;
         let (wire, mut line) = (&mut self.wire, Ok(()));
         match self.exposure.wait(|| wire.move_bytes(&mut line)) {
             Wait::Triggered => {}
@@ -135,8 +137,8 @@ impl<'b, L: Line, S: OutputPin, T: InputPin, D: DelayNs> Head<'b, L, S, T, D> {
             Wait::Failed => return Err(HeadError::Trigger),
         }
         self.exposure.light_on().map_err(|_| HeadError::Strobe)?;
-        let summary = measure(detector, source, row, report, || wire.move_bytes(&mut line));
-        self.after(summary, report, line)
+        let summary = measure(detector, source, row, results, || wire.move_bytes(&mut line));
+        self.after(summary, results, line)
     }
 
     /// Sends and receives what is possible at once, and carries out commands. For the time between frames, where there is
@@ -147,14 +149,14 @@ impl<'b, L: Line, S: OutputPin, T: InputPin, D: DelayNs> Head<'b, L, S, T, D> {
     pub fn serve<const N: usize>(
         &mut self,
         detector: &mut Detector<'_>,
-        report: &mut Report<N>,
+        results: &mut Results<N>,
     ) -> Result<(), L::Error> {
         let mut line = Ok(());
-        self.greet(detector, report.detail());
+        self.greet(detector, results.report.detail());
         self.wire.move_bytes(&mut line);
         // A command waits until there is room for its answer.
         while self.wire.has_command() && self.wire.room() >= RESERVE && line.is_ok() {
-            self.obey(detector, report);
+            self.obey(detector, results);
             self.wire.move_bytes(&mut line);
         }
         line
@@ -182,12 +184,12 @@ impl<'b, L: Line, S: OutputPin, T: InputPin, D: DelayNs> Head<'b, L, S, T, D> {
     fn after<E, const N: usize>(
         &mut self,
         summary: Result<Summary, HeadError<E, L::Error>>,
-        report: &mut Report<N>,
+        results: &mut Results<N>,
         line: Result<(), L::Error>,
     ) -> Result<Summary, HeadError<E, L::Error>> {
         self.exposure.light_off().map_err(|_| HeadError::Strobe)?;
         let summary = summary?;
-        self.send(report, &summary).map_err(HeadError::Report)?;
+        self.send(&mut results.report, &summary).map_err(HeadError::Report)?;
         line.map_err(HeadError::Line)?;
         Ok(summary)
     }
@@ -217,19 +219,28 @@ impl<'b, L: Line, S: OutputPin, T: InputPin, D: DelayNs> Head<'b, L, S, T, D> {
         }
     }
 
-    fn obey<const N: usize>(&mut self, detector: &mut Detector<'_>, report: &mut Report<N>) {
+    fn obey<const N: usize>(&mut self, detector: &mut Detector<'_>, results: &mut Results<N>) {
         let Some(arrived) = self.wire.take_command() else { return };
-        let (mut settings, mut detail) = (*detector.settings(), report.detail());
-        let (format, hello) = (&mut self.format, &mut self.hello_due);
-        let change = Changeable { settings: &mut settings, detail: &mut detail, format, hello };
+        let Results { report, tracker } = results;
+        let (mut settings, mut detail, mut period) =
+            (*detector.settings(), report.detail(), tracker.period());
+        let change = Changeable {
+            settings: &mut settings,
+            detail: &mut detail,
+            format: &mut self.format,
+            period: &mut period,
+            hello: &mut self.hello_due,
+        };
         let (tag, outcome) = remote::carry_out(arrived, change);
         log!(info, "command {}: {}", tag, outcome);
         detector.set_settings(settings);
         if detail != report.detail() {
             report.set_detail(detail);
         }
+        tracker.set_period(period);
         self.greet(detector, detail);
-        let answer = Answer { tag, outcome, settings: HeadSettings::new(&settings, detail, self.format) };
+        let settings = HeadSettings::new(&settings, detail, self.format, period);
+        let answer = Answer { tag, outcome, settings };
         // There is room: a command waits for it.
         let _ = self.wire.append(0, |free| answer.encode(free));
     }

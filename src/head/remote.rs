@@ -8,6 +8,8 @@ pub(super) struct Changeable<'a> {
     pub settings: &'a mut Settings,
     pub detail: &'a mut Detail,
     pub format: &'a mut Format,
+    /// Frames from one that is searched as a whole to the next.
+    pub period: &'a mut u16,
     /// Whether a hello is to be sent.
     pub hello: &'a mut bool,
 }
@@ -39,6 +41,7 @@ fn change(request: Request, to: Changeable<'_>) -> Result<(), Outcome> {
             *to.hello |= format != *to.format && format == Format::Binary;
             *to.format = format;
         }
+        Request::WholeEvery(period) => *to.period = period,
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use heapless::Vec;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::fixed::{angle, correlation, sigma, unsigned16, unsigned32};
+use crate::track::Track;
 use crate::{Circle, Dropped, Ellipse, Flags, MAX_CIRCLES, Position, Reject, Rejects, Target};
 
 /// How much is sent for a target.
@@ -99,12 +100,16 @@ pub struct FrameHead {
     pub width: u16,
     /// Height, px.
     pub height: u16,
+    /// Only regions of it were searched, where targets were expected.
+    pub limited: bool,
     /// Candidates that are no targets, by cause.
     #[serde(with = "counts")]
     pub rejected: Rejects,
     /// What full buffers cost while the frame was searched.
     #[serde(with = "Losses")]
     pub dropped: Dropped,
+    /// Broken outlines in which no arcs were looked for, because the frame had used up its searches.
+    pub unsearched: u32,
     /// Targets that were found and did not fit in the report.
     pub dropped_targets: u32,
     /// Reports that the head has given up since its reset, because its line was too slow for them.
@@ -119,6 +124,10 @@ pub struct FrameHead {
 pub struct TargetEntry {
     /// Number that the target carries; 0: it carries none.
     pub id: u16,
+    /// Number of its track, the same from frame to frame; 0: it is not followed.
+    pub track: u16,
+    /// Frames since it appeared; 65535: that or more.
+    pub age: u16,
     /// True centre, in the [image coordinates](crate::target#image-coordinates).
     #[serde(with = "Place")]
     pub centre: Position,
@@ -204,7 +213,7 @@ pub struct CircleEntry {
 }
 
 impl TargetEntry {
-    pub(super) fn new(target: &Target, detail: Detail) -> Self {
+    pub(super) fn new(target: &Target, track: Option<&Track>, detail: Detail) -> Self {
         let details = match detail {
             Detail::Terse => Details::Terse,
             Detail::Normal => Details::Normal(target.circles.first().map(Shape::new).unwrap_or_default()),
@@ -212,6 +221,8 @@ impl TargetEntry {
         };
         Self {
             id: target.code.map_or(0, |code| code.id),
+            track: track.map_or(0, |track| track.id),
+            age: track.map_or(0, |track| track.age.min(u16::MAX.into()) as u16),
             centre: target.centre,
             sigma_x: sigma(target.covariance.xx),
             sigma_y: sigma(target.covariance.yy),

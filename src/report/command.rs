@@ -48,6 +48,8 @@ pub enum Request {
     Detail(Detail),
     /// Another format.
     Format(Format),
+    /// One frame in so many is searched as a whole, the others only where targets are expected; 0 and 1: all as a whole.
+    WholeEvery(u16),
 }
 
 /// A request and a number to know its answer by.
@@ -158,18 +160,20 @@ pub struct HeadSettings {
     pub detail: Detail,
     /// How it is written.
     pub format: Format,
+    /// Frames from one that is searched as a whole to the next; 0 and 1: all are.
+    pub whole_every: u16,
 }
 
 impl HeadSettings {
     /// These settings of a detector and its reports.
-    pub fn new(settings: &Settings, detail: Detail, format: Format) -> Self {
+    pub fn new(settings: &Settings, detail: Detail, format: Format, whole_every: u16) -> Self {
         let mut ratios = Ratios::new();
         for ratio in settings.spec.ratios() {
             // Cannot fail: a specification has fewer.
             let _ = ratios.push(crate::math::round(ratio * RATIO_ONE) as u16);
         }
         let polarity = settings.spec.polarity();
-        Self { ratios, polarity, compensation: settings.compensation, detail, format }
+        Self { ratios, polarity, compensation: settings.compensation, detail, format, whole_every }
     }
 }
 

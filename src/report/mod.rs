@@ -51,10 +51,11 @@ pub use text::max_text_len;
 
 use heapless::Vec;
 
+use crate::track::Track;
 use crate::{Summary, Target};
 
 /// Version of the wire format, the first byte of every message.
-pub const WIRE_VERSION: u8 = 3;
+pub const WIRE_VERSION: u8 = 4;
 
 /// Byte that ends every message and occurs in none.
 pub const SEPARATOR: u8 = 0;
@@ -114,7 +115,12 @@ impl<const N: usize> Report<N> {
 
     /// Adds a target. When the report is full it is left out and counted.
     pub fn push(&mut self, target: &Target) {
-        if self.targets.push(TargetEntry::new(target, self.detail)).is_err() {
+        self.push_tracked(target, None);
+    }
+
+    /// The same with the target's track.
+    pub fn push_tracked(&mut self, target: &Target, track: Option<&Track>) {
+        if self.targets.push(TargetEntry::new(target, track, self.detail)).is_err() {
             self.dropped = self.dropped.saturating_add(1);
         }
     }
@@ -149,8 +155,10 @@ impl<const N: usize> Report<N> {
             seq: self.seq,
             width: summary.width,
             height: summary.height,
+            limited: summary.limited,
             rejected: summary.rejected,
             dropped: summary.dropped,
+            unsearched: summary.unsearched,
             dropped_targets: self.dropped,
             dropped_reports: self.given_up,
             detail: self.detail,

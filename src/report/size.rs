@@ -12,8 +12,8 @@ const PLACE: usize = 2 * U32;
 const ENVELOPE: usize = 1 + 1 + 4;
 
 const HELLO: usize = 3 * U16 + 3 * U16 + 1 + U32 + U16 + 1;
-const HEAD: usize = U32 + 2 * U16 + Reject::ALL.len() * U32 + 3 * U32 + 2 * U32 + 1;
-const TERSE: usize = U16 + PLACE + 2 * U16 + I8 + U16;
+const HEAD: usize = U32 + 2 * U16 + 1 + Reject::ALL.len() * U32 + 4 * U32 + 2 * U32 + 1;
+const TERSE: usize = 3 * U16 + PLACE + 2 * U16 + I8 + U16;
 const SHAPE: usize = 2 * U32 + 2 * U16;
 const CIRCLE: usize = PLACE + SHAPE + 4 * U16;
 const FULL: usize = 2 * PLACE + 3 * U16 + 1 + MAX_CIRCLES * CIRCLE;
@@ -25,7 +25,7 @@ pub const HELLO_MAX_LEN: usize = 1 + framed(ENVELOPE + HELLO);
 const RATIOS: usize = 1 + 8 * U16;
 const COMMAND: usize = U16 + 1 + RATIOS;
 /// The longest outcome is that of a ratio.
-const ANSWER: usize = U16 + (1 + 3 * U16) + RATIOS + 4;
+const ANSWER: usize = U16 + (1 + 3 * U16) + RATIOS + 4 + U16;
 
 /// Longest command before COBS.
 pub(super) const COMMAND_PLAIN: usize = ENVELOPE + COMMAND;

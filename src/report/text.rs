@@ -7,8 +7,8 @@ use super::{Detail, EncodeError};
 
 const FRAME_LINE: usize = "$CCF,4294967295,65535,65535,4294967295,4294967295,4294967295*FF\r\n".len();
 const TARGET_LINE: usize =
-    "$CCT,4294967295,4294967295,65535,-32768.0000,-32768.0000,0.99998,0.99998,-1.00,65535*FF\r\n".len();
-const SHAPE: usize = ",524287.9998,524287.9998,-180.00,0.99998".len();
+    "$CCT,4294967295,4294967295,65535,-32768.0000,-32768.0000,0.99998,0.99998,-1.00,65535,,,,,65535,65535*FF\r\n".len();
+const SHAPE: usize = "524287.9998524287.9998-180.000.99998".len();
 
 /// Largest length of a report with up to `targets` targets as text.
 pub const fn max_text_len(targets: usize, detail: Detail) -> usize {
@@ -46,12 +46,16 @@ fn write_lines(text: &mut Text<'_>, head: &FrameHead, targets: &[TargetEntry]) -
         text.fixed::<65536, 5>(target.sigma_y.into())?;
         text.fixed::<127, 2>(target.correlation.into())?;
         write!(text, ",{}", target.flags.0)?;
-        if let Some(shape) = outer(&target.details) {
-            text.fixed::<4096, 4>(shape.a.into())?;
-            text.fixed::<4096, 4>(shape.b.into())?;
-            text.fixed::<32768, 2>(i64::from(shape.theta) * 180)?;
-            text.fixed::<65536, 5>(shape.rms.into())?;
+        match outer(&target.details) {
+            Some(shape) => {
+                text.fixed::<4096, 4>(shape.a.into())?;
+                text.fixed::<4096, 4>(shape.b.into())?;
+                text.fixed::<32768, 2>(i64::from(shape.theta) * 180)?;
+                text.fixed::<65536, 5>(shape.rms.into())?;
+            }
+            None => text.write_str(",,,,")?,
         }
+        write!(text, ",{},{}", target.track, target.age)?;
         text.end()?;
     }
     Ok(())

@@ -2,18 +2,21 @@
 
 use core::convert::Infallible;
 
-use concentric::head::{Exposure, FrameStart, Head, HeadError, Line, RowSource, buffer_len};
-use concentric::report::{Detail, Report};
-use concentric::{Detector, Settings, SettingsError, TargetSpec};
+use concentric::head::{Exposure, FrameStart, Head, HeadError, Line, Results, RowSource, Runs, buffer_len};
+use concentric::report::Detail;
+use concentric::{Detector, RowError, Run, Settings, SettingsError, TargetSpec};
 use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
 
 use crate::mailbox::Mailbox;
-use crate::protocol::{Answer, Frame, HeadStorage, MAX_TARGETS, MAX_WIDTH, Outcome, VERSION};
+use crate::protocol::{
+    Answer, Frame, HeadStorage, MAX_RUNS, MAX_TARGETS, MAX_WIDTH, Outcome, VERSION, words_in_row,
+};
 
 /// Buffers of the head. All zero at first, so that they cost no flash.
 pub struct Buffers {
     row: [u8; MAX_WIDTH],
-    report: Report<MAX_TARGETS>,
+    runs: [Run; MAX_RUNS],
+    results: Results<MAX_TARGETS>,
     bytes: [u8; buffer_len(MAX_TARGETS, Detail::Full)],
 }
 
@@ -22,7 +25,8 @@ impl Buffers {
     pub const fn new() -> Self {
         Self {
             row: [0; MAX_WIDTH],
-            report: Report::new(Detail::Terse),
+            runs: [Run { start: 0, end: 0 }; MAX_RUNS],
+            results: Results::new(Detail::Terse),
             bytes: [0; buffer_len(MAX_TARGETS, Detail::Full)],
         }
     }
@@ -39,38 +43,47 @@ pub(crate) struct MailboxHead<L> {
     head: Head<'static, Counted<L>>,
     detector: Detector<'static>,
     row: &'static mut [u8],
-    report: &'static mut Report<MAX_TARGETS>,
+    runs: &'static mut [Run],
+    results: &'static mut Results<MAX_TARGETS>,
 }
 
 impl<L: Line<Error = Infallible>> MailboxHead<L> {
     pub(crate) fn new(line: L, storage: &'static mut HeadStorage, buffers: &'static mut Buffers) -> Self {
-        let Buffers { row, report, bytes } = buffers;
+        let Buffers { row, runs, results, bytes } = buffers;
         Self {
             head: Head::new(Counted { line, sent: 0 }, Exposure::free_running(), VERSION, bytes),
             detector: Detector::new(Settings::new(TargetSpec::any()), storage),
             row,
-            report,
+            runs,
+            results,
         }
     }
 
     /// Carries out commands.
     pub(crate) fn serve(&mut self) {
-        let Ok(()) = self.head.serve(&mut self.detector, self.report);
+        let Ok(()) = self.head.serve(&mut self.detector, self.results);
     }
 
     /// Takes over the settings of an order.
     pub(crate) fn set(&mut self, frame: &Frame) -> Result<(), SettingsError> {
         self.detector.set_settings(frame.settings()?);
-        if frame.detail() != self.report.detail() {
-            self.report.set_detail(frame.detail());
+        let report = &mut self.results.report;
+        if frame.detail() != report.detail() {
+            report.set_detail(frame.detail());
             self.head.introduce();
         }
         Ok(())
     }
 
-    /// Measures the frame in the mailbox and sends its report. Waits until all of it is sent, so that the answer has its
+    /// Measures the frame in the mailbox, whose rows are followed by their `runs` or not, and sends its report. Waits until all of it is sent, so that the answer has its
     /// length: the camera then knows how much to read.
-    pub(crate) fn measure(&mut self, seq: u32, (width, height): (u32, u32), mailbox: &Mailbox) -> Answer {
+    pub(crate) fn measure(
+        &mut self,
+        seq: u32,
+        (width, height): (u32, u32),
+        mailbox: &Mailbox,
+        runs: bool,
+    ) -> Answer {
         #[cfg(feature = "reachable-panic")]
         assert!(seq > 0);
         let (Ok(w), Ok(h)) = (u16::try_from(width), u16::try_from(height)) else {
@@ -80,8 +93,9 @@ impl<L: Line<Error = Infallible>> MailboxHead<L> {
             return Answer::refused(Outcome::WrongSize);
         }
         let start = FrameStart { seq, width: w, height: h };
-        let mut rows = MailboxRows { mailbox, start, next: 0 };
-        let measured = self.head.frame(&mut self.detector, &mut rows, self.row, self.report);
+        let runs = runs.then_some(RowRuns { room: self.runs, count: 0, min_contrast: 0 });
+        let mut rows = MailboxRows { mailbox, start, next: 0, runs };
+        let measured = self.head.frame(&mut self.detector, &mut rows, self.row, self.results);
         let Ok(()) = self.head.flush();
         match measured {
             Ok(summary) => {
@@ -89,29 +103,59 @@ impl<L: Line<Error = Infallible>> MailboxHead<L> {
                 Answer { outcome: Outcome::Done, targets: summary.targets, length }
             }
             Err(HeadError::Report(_)) => Answer::refused(Outcome::ReportTooLong),
+            Err(HeadError::Source(NoRuns) | HeadError::Row(RowError::Run { .. })) => {
+                Answer::refused(Outcome::WrongRuns)
+            }
             Err(_) => Answer::refused(Outcome::WrongSize),
         }
     }
+}
+
+/// More runs than a row can have, or than the mailbox has room for.
+#[derive(Debug)]
+struct NoRuns;
+
+/// The runs of the row that was read last.
+struct RowRuns<'r> {
+    room: &'r mut [Run],
+    count: usize,
+    min_contrast: u8,
 }
 
 /// The frame in the mailbox as a sensor.
 struct MailboxRows<'m> {
     mailbox: &'m Mailbox,
     start: FrameStart,
+    /// Word of its pixels at which the next row begins.
     next: usize,
+    runs: Option<RowRuns<'m>>,
 }
 
 impl RowSource for MailboxRows<'_> {
-    type Error = Infallible;
+    type Error = NoRuns;
 
-    fn start(&mut self) -> Result<FrameStart, Infallible> {
+    fn start(&mut self) -> Result<FrameStart, NoRuns> {
         Ok(self.start)
     }
 
-    fn read_row(&mut self, row: &mut [u8]) -> Result<(), Infallible> {
+    fn read_row(&mut self, row: &mut [u8]) -> Result<(), NoRuns> {
         self.mailbox.copy_row(self.next, row);
-        self.next += 1;
+        self.next += words_in_row(row.len());
+        let Some(runs) = &mut self.runs else { return Ok(()) };
+        let word = self.mailbox.pixel_word(self.next).ok_or(NoRuns)?;
+        (runs.count, runs.min_contrast) = ((word & 0xFFFF) as usize, (word >> 16).min(255) as u8);
+        let room = runs.room.get_mut(..runs.count).ok_or(NoRuns)?;
+        for (i, run) in room.iter_mut().enumerate() {
+            let word = self.mailbox.pixel_word(self.next + 1 + i).ok_or(NoRuns)?;
+            *run = Run { start: word as u16, end: (word >> 16) as u16 };
+        }
+        self.next += 1 + runs.count;
         Ok(())
+    }
+
+    fn runs(&self) -> Option<Runs<'_>> {
+        let RowRuns { room, count, min_contrast } = self.runs.as_ref()?;
+        Some(Runs { runs: room.get(..*count)?, min_contrast: *min_contrast })
     }
 }
 

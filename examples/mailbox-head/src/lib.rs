@@ -53,17 +53,18 @@ pub fn run<B: Board, L: Line<Error = Infallible>>(
             continue;
         };
         let answer = match order {
-            Some(Order::Measure(frame)) => {
+            Some(Order::Measure(frame) | Order::MeasureWithRuns(frame)) => {
                 let size = (frame.width, frame.height);
+                let runs = matches!(order, Some(Order::MeasureWithRuns(_)));
                 let answer = match head.set(&frame) {
-                    Ok(()) => head.measure(number, size, &mailbox),
+                    Ok(()) => head.measure(number, size, &mailbox, runs),
                     Err(_) => Answer::refused(Outcome::WrongSettings),
                 };
                 note(&mut board, number, size, &answer);
                 answer
             }
             Some(Order::MeasureAsSet { width, height }) => {
-                let answer = head.measure(number, (width, height), &mailbox);
+                let answer = head.measure(number, (width, height), &mailbox, false);
                 note(&mut board, number, (width, height), &answer);
                 answer
             }

@@ -35,11 +35,16 @@ impl Mailbox {
         words.is_some_and(|words| words <= self.words.len().saturating_sub(PIXELS))
     }
 
-    /// Copies row `y` of the frame.
-    pub fn copy_row(&self, y: usize, row: &mut [u8]) {
-        let start = PIXELS + y * words_in_row(row.len());
+    /// Word `index` of the pixels and what is between them, if the mailbox reaches there.
+    pub fn pixel_word(&self, index: usize) -> Option<u32> {
+        let at = PIXELS + index;
+        (at < self.words.len()).then(|| self.words.read(at))
+    }
+
+    /// Copies the row that begins at word `start` of the pixels.
+    pub fn copy_row(&self, start: usize, row: &mut [u8]) {
         for (i, pixels) in row.chunks_mut(4).enumerate() {
-            let word = self.words.read(start + i).to_le_bytes();
+            let word = self.pixel_word(start + i).unwrap_or(0).to_le_bytes();
             for (pixel, byte) in pixels.iter_mut().zip(word) {
                 *pixel = byte;
             }

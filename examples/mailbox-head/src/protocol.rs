@@ -11,6 +11,10 @@
 //! | 17.. | head | the [`Answer`] |
 //! | 32.. | camera | pixels, row by row from the top; each row starts at a word |
 //!
+//! Where logic beside the sensor finds the dark runs, each row is followed by a word with their number in its lower and the least
+//! contrast in its upper half, and a word for each run, with the column of its first pixel in the lower half and the column after its
+//! last in the upper one.
+//!
 //! A frame has the number of its order as sequence number. The pixels belong to the head from the moment the
 //! number of the order is written until the same number stands in word 16.
 
@@ -43,6 +47,8 @@ pub const ANSWER_WORDS: usize = 3;
 pub const VERSION: Version = Version { major: 0, minor: 1, patch: 0 };
 /// Widest frame, px.
 pub const MAX_WIDTH: usize = 2048;
+/// Most runs of a row.
+pub const MAX_RUNS: usize = MAX_WIDTH.div_ceil(2);
 /// Most targets in a report.
 pub const MAX_TARGETS: usize = 64;
 /// The memory of the head's detector. What does not fit is counted, and the counts are in the report: a desktop that
@@ -54,7 +60,9 @@ pub type HeadStorage = Storage<MAX_WIDTH, 512, 8000>;
 pub enum Order {
     /// Measure the frame in the mailbox with its settings and send its report.
     Measure(Frame),
-    /// The same with the settings that are in force: those of the last order or of a command since.
+    /// The same with the runs of each row behind it.
+    MeasureWithRuns(Frame),
+    /// [`Measure`](Self::Measure) with the settings that are in force: those of the last order or of a command since.
     MeasureAsSet {
         /// Width, px.
         width: u32,
@@ -118,13 +126,14 @@ impl Order {
     const MEASURE: u32 = 1;
     const EXIT: u32 = 2;
     const MEASURE_AS_SET: u32 = 3;
+    const MEASURE_WITH_RUNS: u32 = 4;
 
     /// The words of the order.
     pub fn to_words(self) -> [u32; ORDER_WORDS] {
+        let words = |kind, f: Frame| [kind, f.width, f.height, f.ratio, f.light, f.compensation, f.detail];
         match self {
-            Self::Measure(f) => {
-                [Self::MEASURE, f.width, f.height, f.ratio, f.light, f.compensation, f.detail]
-            }
+            Self::Measure(frame) => words(Self::MEASURE, frame),
+            Self::MeasureWithRuns(frame) => words(Self::MEASURE_WITH_RUNS, frame),
             Self::MeasureAsSet { width, height } => [Self::MEASURE_AS_SET, width, height, 0, 0, 0, 0],
             Self::Exit(status) => [Self::EXIT, status, 0, 0, 0, 0, 0],
         }
@@ -133,8 +142,10 @@ impl Order {
     /// The order in these words; `None` when they are none.
     pub fn from_words(words: [u32; ORDER_WORDS]) -> Option<Self> {
         let [kind, width, height, ratio, light, compensation, detail] = words;
+        let frame = Frame { width, height, ratio, light, compensation, detail };
         match kind {
-            Self::MEASURE => Some(Self::Measure(Frame { width, height, ratio, light, compensation, detail })),
+            Self::MEASURE => Some(Self::Measure(frame)),
+            Self::MEASURE_WITH_RUNS => Some(Self::MeasureWithRuns(frame)),
             Self::MEASURE_AS_SET => Some(Self::MeasureAsSet { width, height }),
             Self::EXIT => Some(Self::Exit(width)),
             _ => None,
@@ -156,11 +167,19 @@ pub enum Outcome {
     WrongSize = 3,
     /// The report did not fit its buffer: it was not sent.
     ReportTooLong = 4,
+    /// The runs of a row are none: the frame was given up.
+    WrongRuns = 5,
 }
 
 impl Outcome {
-    const ALL: [Self; 5] =
-        [Self::Done, Self::UnknownOrder, Self::WrongSettings, Self::WrongSize, Self::ReportTooLong];
+    const ALL: [Self; 6] = [
+        Self::Done,
+        Self::UnknownOrder,
+        Self::WrongSettings,
+        Self::WrongSize,
+        Self::ReportTooLong,
+        Self::WrongRuns,
+    ];
 
     /// What is wrong, and what is allowed.
     pub fn reason(self) -> &'static str {
@@ -172,6 +191,7 @@ impl Outcome {
                 "the frame is smaller than 8x8 px, wider than 2048 px, or larger than the mailbox of 16 MB"
             }
             Self::ReportTooLong => "the report is longer than its buffer",
+            Self::WrongRuns => "the runs of a row do not lie apart and from left to right within it",
         }
     }
 }

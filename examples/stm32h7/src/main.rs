@@ -6,8 +6,8 @@
 mod camera;
 mod placement;
 
-use concentric::head::{Exposure, Head, buffer_len};
-use concentric::report::{Detail, Report, Version};
+use concentric::head::{Exposure, Head, Results, buffer_len};
+use concentric::report::{Detail, Version};
 use concentric::{Detector, Settings, Storage, TargetSpec};
 use concentric_embassy_line::{PipeLine, Pipes};
 use embassy_executor::Spawner;
@@ -46,7 +46,7 @@ bind_interrupts!(struct Irqs {
 static STORAGE: ConstStaticCell<Storage<WIDTH, 128, 2600>> = ConstStaticCell::new(Storage::new());
 static BYTES: ConstStaticCell<[u8; BUFFER]> = ConstStaticCell::new([0; BUFFER]);
 static ROW: ConstStaticCell<[u8; WIDTH]> = ConstStaticCell::new([0; WIDTH]);
-static REPORT: StaticCell<Report<TARGETS>> = StaticCell::new();
+static RESULTS: StaticCell<Results<TARGETS>> = StaticCell::new();
 static TRANSMIT: ConstStaticCell<[u8; 512]> = ConstStaticCell::new([0; 512]);
 static RECEIVE: ConstStaticCell<[u8; 64]> = ConstStaticCell::new([0; 64]);
 static PIPES: Pipes<512> = Pipes::new();
@@ -86,11 +86,11 @@ async fn main(spawner: Spawner) {
     let exposure = Exposure::with_light(light, Delay, LIGHT_LEAD_US);
     let mut head = Head::new(PipeLine(&PIPES), exposure, VERSION, BYTES.take());
     let mut detector = Detector::new(Settings::new(TargetSpec::any()), STORAGE.take());
-    let report = REPORT.init_with(|| Report::new(Detail::Normal));
+    let results = RESULTS.init_with(|| Results::new(Detail::Normal));
     let row = ROW.take();
     loop {
         // What went wrong with a frame shows as the gap in the numbers of the reports.
-        let _ = head.frame_async(&mut detector, &mut camera, row, report).await;
+        let _ = head.frame_async(&mut detector, &mut camera, row, results).await;
     }
 }
 

@@ -31,7 +31,10 @@ impl FromStr for Word {
             "compensation" => Request::Compensation(one_of(text, &COMPENSATIONS)?),
             "detail" => Request::Detail(one_of(text, &DETAILS)?),
             "format" => Request::Format(one_of(text, &FORMATS)?),
-            _ => bail!("wanted settings, hello, ratio=, polarity=, compensation=, detail= or format="),
+            "whole-every" => Request::WholeEvery(frames(value)?),
+            _ => bail!(
+                "wanted settings, hello, ratio=, polarity=, compensation=, detail=, format= or whole-every="
+            ),
         }))
     }
 }
@@ -74,6 +77,11 @@ fn ratios(text: &str) -> Result<Ratios> {
         );
     }
     Ok(ratios)
+}
+
+/// A number of frames.
+fn frames(text: &str) -> Result<u16> {
+    text.parse().ok().context("whole-every: wanted a number of frames from 0 to 65535, as in 10")
 }
 
 /// Sends the commands, each when the one before is answered. `answered` has the tags of the answers.
@@ -125,6 +133,8 @@ mod tests {
         assert_eq!(read("compensation=eq7"), Ok(Request::Compensation(Compensation::Eq7)));
         assert_eq!(read("detail=full"), Ok(Request::Detail(Detail::Full)));
         assert_eq!(read("format=text"), Ok(Request::Format(Format::Text)));
+        assert_eq!(read("whole-every=10"), Ok(Request::WholeEvery(10)));
+        assert!(read("whole-every=-1").unwrap_err().contains("0 to 65535"));
         assert_eq!(read("settings"), Ok(Request::Settings));
         assert_eq!(read("hello"), Ok(Request::Hello));
         assert_eq!(read("detail=fine"), Err("detail: wanted one of terse, normal, full".into()));

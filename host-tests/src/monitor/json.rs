@@ -27,10 +27,12 @@ enum Line<'a> {
         seq: u32,
         width: u16,
         height: u16,
+        limited: bool,
         targets: Vec<Target>,
         #[serde(serialize_with = "counts")]
         rejected: &'a Rejects,
         dropped: Dropped,
+        unsearched: u32,
     },
     Answer {
         tag: u16,
@@ -47,6 +49,7 @@ struct Settings {
     compensation: String,
     detail: String,
     format: String,
+    whole_every: u16,
 }
 
 #[derive(Serialize)]
@@ -64,6 +67,8 @@ struct Dropped {
 struct Target {
     #[serde(skip_serializing_if = "Option::is_none")]
     id: Option<u16>,
+    #[serde(flatten)]
+    track: Option<Track>,
     x: f64,
     y: f64,
     /// `null` when a standard deviation is 1 px or more.
@@ -77,6 +82,12 @@ struct Target {
     #[serde(flatten)]
     quality: Option<Quality>,
     flags: Vec<&'static str>,
+}
+
+#[derive(Serialize)]
+struct Track {
+    track: u16,
+    age: u16,
 }
 
 #[derive(Serialize)]
@@ -129,7 +140,7 @@ pub(super) fn hello(hello: &Hello) -> String {
 
 /// The line of an answer.
 pub(super) fn answer(answer: &Answer) -> String {
-    let HeadSettings { ratios, polarity, compensation, detail, format } = &answer.settings;
+    let HeadSettings { ratios, polarity, compensation, detail, format, whole_every } = &answer.settings;
     print(&Line::Answer {
         tag: answer.tag,
         outcome: answer.outcome.to_string(),
@@ -139,6 +150,7 @@ pub(super) fn answer(answer: &Answer) -> String {
             compensation: lower(compensation),
             detail: lower(detail),
             format: lower(format),
+            whole_every: *whole_every,
         },
     })
 }
@@ -149,12 +161,23 @@ fn lower(name: impl std::fmt::Debug) -> String {
 
 /// The line of a frame report.
 pub(super) fn frame(report: &FrameReport<'_>) -> String {
-    let FrameHead { seq, width, height, ref rejected, dropped, dropped_targets, dropped_reports, .. } =
-        report.head;
+    let FrameHead {
+        seq,
+        width,
+        height,
+        limited,
+        ref rejected,
+        dropped,
+        unsearched,
+        dropped_targets,
+        dropped_reports,
+        ..
+    } = report.head;
     print(&Line::Frame {
         seq,
         width,
         height,
+        limited,
         targets: report.targets().map(Target::from).collect(),
         rejected,
         dropped: Dropped {
@@ -164,6 +187,7 @@ pub(super) fn frame(report: &FrameReport<'_>) -> String {
             targets: dropped_targets,
             reports: dropped_reports,
         },
+        unsearched,
     })
 }
 
@@ -191,6 +215,7 @@ impl From<TargetEntry> for Target {
         let Place { x, y } = entry.centre.into();
         let target = Self {
             id: (entry.id > 0).then_some(entry.id),
+            track: (entry.track > 0).then_some(Track { track: entry.track, age: entry.age }),
             x,
             y,
             cov: covariance(&entry),

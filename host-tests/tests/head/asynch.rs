@@ -63,7 +63,7 @@ fn an_awaited_sensor_gives_the_bytes_of_a_blocking_one() {
         let mut lazy = Lazy(sensor);
         let mut row = [0; SIZE as usize];
         let outcome =
-            run(bench.head.frame_async(&mut bench.detector, &mut lazy, &mut row, &mut bench.report));
+            run(bench.head.frame_async(&mut bench.detector, &mut lazy, &mut row, &mut bench.results));
         bench.sensor = lazy.0;
         outcome
     });

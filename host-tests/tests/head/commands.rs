@@ -48,6 +48,7 @@ fn every_setting_is_changed_answered_and_in_force_with_the_next_frame() {
             Request::Compensation(Compensation::Eq7),
             Request::Detail(Detail::Full),
             Request::Format(Format::Binary),
+            Request::WholeEvery(5),
             Request::Settings,
         ];
         let commands: Vec<u8> = (1..).zip(requests).flat_map(|(tag, request)| encode(tag, request)).collect();
@@ -56,14 +57,15 @@ fn every_setting_is_changed_answered_and_in_force_with_the_next_frame() {
         bench.settle();
         let sent = messages(&bench.line.take());
         let answers: Vec<_> = sent.iter().filter_map(Sent::answer).collect();
-        assert_eq!(answers.iter().map(|answer| answer.tag).collect::<Vec<_>>(), [1, 2, 3, 4, 5, 6]);
+        assert_eq!(answers.iter().map(|answer| answer.tag).collect::<Vec<_>>(), [1, 2, 3, 4, 5, 6, 7]);
         assert!(answers.iter().all(|answer| answer.outcome == Outcome::Done));
         assert_eq!(answers[0].settings.ratios, [49152, 32768]);
         assert_eq!(answers[0].settings.polarity, Polarity::Dark, "changed by the second only");
-        let settings = &answers[5].settings;
+        let settings = &answers[6].settings;
         assert_eq!(settings.ratios, [49152, 32768]);
         assert_eq!((settings.polarity, settings.compensation), (Polarity::Light, Compensation::Eq7));
         assert_eq!((settings.detail, settings.format), (Detail::Full, Format::Binary));
+        assert_eq!((settings.whole_every, answers[4].settings.whole_every), (5, 0));
         let spec = TargetSpec::circles(&[0.75, 0.5]).unwrap().light();
         assert_eq!(*bench.detector.settings(), Settings::new(spec).compensation(Compensation::Eq7));
         // A hello tells of another level of detail.
@@ -148,7 +150,7 @@ fn a_command_in_mid_frame_waits_for_its_end() {
         assert_eq!(sent[0].frame().unwrap().detail, Detail::Normal, "the frame began with it");
         let answers: Vec<_> = sent.iter().filter_map(Sent::answer).map(|answer| answer.tag).collect();
         assert_eq!(answers, [1, 2]);
-        assert_eq!(bench.report.detail(), Detail::Full);
+        assert_eq!(bench.results.report.detail(), Detail::Full);
     });
 }
 
@@ -258,7 +260,7 @@ proptest! {
             with_bench(|bench| {
                 let answers = ask(bench, bytes);
                 let known = answers.into_iter().filter(|&(tag, _)| tag > 0).collect::<Vec<_>>();
-                result = Some((known, *bench.detector.settings(), bench.report.detail()));
+                result = Some((known, *bench.detector.settings(), bench.results.report.detail()));
             });
             result.unwrap()
         };

@@ -1,7 +1,7 @@
 //! Trigger, light and delay, each of which checks what is done with it and in which order.
 
-use concentric::head::{Exposure, Head, HeadError};
-use concentric::report::{Detail, Report};
+use concentric::head::{Exposure, Head, HeadError, Results};
+use concentric::report::Detail;
 use concentric::{Detector, Settings, TargetSpec};
 use embedded_hal::delay::DelayNs;
 use embedded_hal_mock::eh1::MockError;
@@ -17,17 +17,17 @@ fn frame(light: &[Edge], trigger: Option<&[Edge]>, pauses: &[Pause], prepare: fn
     let mut sensor = Sensor::new(&line);
     prepare(&mut sensor);
     let mut detector = Detector::new(Settings::new(TargetSpec::any()), &mut storage);
-    let mut report = Report::<4>::new(Detail::Normal);
+    let mut results = Results::<4>::new(Detail::Normal);
     let (mut light, mut delay) = (Pin::new(light), CheckedDelay::new(pauses));
     let mut pin = Pin::new(trigger.unwrap_or_default());
     let exposure = Exposure::with_light(light.clone(), delay.clone(), 50);
     let outcome = if trigger.is_some() {
         let exposure = exposure.with_trigger(pin.clone(), 35);
         let mut head = Head::new(line, exposure, FIRMWARE, &mut buffer);
-        head.frame(&mut detector, &mut sensor, &mut row, &mut report)
+        head.frame(&mut detector, &mut sensor, &mut row, &mut results)
     } else {
         let mut head = Head::new(line, exposure, FIRMWARE, &mut buffer);
-        head.frame(&mut detector, &mut sensor, &mut row, &mut report)
+        head.frame(&mut detector, &mut sensor, &mut row, &mut results)
     };
     light.done();
     pin.done();

@@ -17,7 +17,8 @@ fn frames_become_reports_and_a_broken_frame_costs_only_itself() {
         bench.sensor.broken = broken;
         results.push(bench.frame());
     }
-    let too_short = bench.head.frame(&mut bench.detector, &mut bench.sensor, &mut [0; 40], &mut bench.report);
+    let too_short =
+        bench.head.frame(&mut bench.detector, &mut bench.sensor, &mut [0; 40], &mut bench.results);
     bench.settle();
 
     assert_eq!(results[0].map(|summary| summary.targets), Ok(1));
@@ -39,7 +40,7 @@ fn a_stuck_line_stops_nothing_and_what_it_cost_is_told_later() {
     for _ in 0..50 {
         assert_eq!(bench.frame().map(|summary| summary.targets), Ok(1));
     }
-    assert_eq!(bench.line.take(), []);
+    assert!(bench.line.take().is_empty());
     bench.settle();
     let waited = messages(&bench.line.take()).iter().filter_map(Sent::frame).count() as u32;
     assert!((1..50).contains(&waited), "{waited} reports waited");
@@ -90,7 +91,7 @@ fn a_buffer_that_never_holds_a_report_is_an_error() {
     let mut bench = Bench::new(PlayedLine::fast(), &mut storage, &mut buffer);
     let error = bench.frame().unwrap_err();
     assert!(matches!(error, HeadError::Report(_)), "{error:?}");
-    assert_eq!(error.to_string(), "report: report takes 53 bytes, buffer holds 12");
+    assert_eq!(error.to_string(), "report: report takes 57 bytes, buffer holds 9");
 }
 
 #[test]
@@ -98,7 +99,7 @@ fn flush_sends_all_that_waits() {
     let (mut storage, mut buffer) = (TestStorage::new(), [0; BUFFER]);
     let mut bench = Bench::new(PlayedLine::default(), &mut storage, &mut buffer);
     bench.frame().unwrap();
-    assert_eq!(bench.line.take(), []);
+    assert!(bench.line.take().is_empty());
     bench.line.0.borrow_mut().room = usize::MAX;
     bench.head.flush().unwrap();
     assert_eq!(messages(&bench.line.take()).len(), 2);

@@ -6,3 +6,4 @@ mod exposure;
 mod line;
 mod support;
 mod text;
+mod tracking;

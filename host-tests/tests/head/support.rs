@@ -4,11 +4,12 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use concentric::head::{Absent, Exposure, FrameStart, Head, HeadError, RowSource, buffer_len};
+use concentric::head::{Absent, Exposure, FrameStart, Head, HeadError, Results, RowSource, Runs, buffer_len};
 use concentric::report::{
-    Answer, Decoder, Detail, Format, FrameHead, Hello, Message, Report, TargetEntry, Version, max_len,
+    Answer, Decoder, Detail, Format, FrameHead, Hello, Message, TargetEntry, Version, max_len,
 };
-use concentric::{Detector, Settings, Storage, Summary, TargetSpec};
+use concentric::{Detector, Run, Settings, Storage, Summary, TargetSpec};
+use concentric_host::link;
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
 
 /// Width and height of the played frames, px.
@@ -117,18 +118,40 @@ pub struct Sensor {
     row: usize,
     /// Row at which a frame fails.
     pub broken: Option<usize>,
+    /// Its logic finds the runs.
+    pub gives_runs: bool,
+    /// And repeats the first of a row.
+    pub spoiled_runs: bool,
+    runs: Vec<Run>,
 }
 
 impl Sensor {
     pub fn new(line: &PlayedLine) -> Self {
-        let size = usize::from(SIZE);
-        let level = |i: usize| {
-            let r = f32::hypot((i % size) as f32 - CENTRE[0], (i / size) as f32 - CENTRE[1]);
-            let within = |radius: f32| (radius - r + 0.5).clamp(0.0, 1.0);
-            (200.0 - 160.0 * (within(RADII[0]) - within(RADII[1]))) as u8
+        let pixels = vec![200; usize::from(SIZE) * usize::from(SIZE)];
+        let line = line.clone();
+        let mut sensor = Self {
+            pixels,
+            line,
+            seq: 0,
+            row: 0,
+            broken: None,
+            gives_runs: false,
+            spoiled_runs: false,
+            runs: Vec::new(),
         };
-        let pixels = (0..size * size).map(level).collect();
-        Self { pixels, line: line.clone(), seq: 0, row: 0, broken: None }
+        sensor.draw(CENTRE, RADII);
+        sensor
+    }
+
+    /// Draws a target.
+    pub fn draw(&mut self, centre: [f32; 2], radii: [f32; 2]) {
+        let size = usize::from(SIZE);
+        for (i, pixel) in self.pixels.iter_mut().enumerate() {
+            let r = f32::hypot((i % size) as f32 - centre[0], (i / size) as f32 - centre[1]);
+            let within = |radius: f32| (radius - r + 0.5).clamp(0.0, 1.0);
+            let ring = within(radii[0]) - within(radii[1]);
+            *pixel = (f32::from(*pixel) - 160.0 * ring) as u8;
+        }
     }
 
     pub fn next_frame(&mut self) -> FrameStart {
@@ -144,7 +167,15 @@ impl Sensor {
         }
         row.copy_from_slice(&self.pixels[self.row * usize::from(SIZE)..][..row.len()]);
         self.row += 1;
+        self.runs = link::runs(row, 120);
+        if self.spoiled_runs {
+            self.runs.extend(self.runs.first().copied());
+        }
         Ok(())
+    }
+
+    pub fn next_runs(&self) -> Option<Runs<'_>> {
+        self.gives_runs.then_some(Runs { runs: &self.runs, min_contrast: 15 })
     }
 }
 
@@ -158,6 +189,10 @@ impl RowSource for Sensor {
     fn read_row(&mut self, row: &mut [u8]) -> Result<(), Self::Error> {
         self.next_row(row)
     }
+
+    fn runs(&self) -> Option<Runs<'_>> {
+        self.next_runs()
+    }
 }
 
 pub type TestStorage = Storage<{ SIZE as usize }, 16, 1024>;
@@ -168,7 +203,7 @@ pub struct Bench<'b> {
     pub line: PlayedLine,
     pub sensor: Sensor,
     pub detector: Detector<'b>,
-    pub report: Report<4>,
+    pub results: Results<4>,
     pub head: Head<'b, PlayedLine>,
 }
 
@@ -179,18 +214,18 @@ impl<'b> Bench<'b> {
     pub fn new(line: PlayedLine, storage: &'b mut TestStorage, buffer: &'b mut [u8]) -> Self {
         let sensor = Sensor::new(&line);
         let detector = Detector::new(Settings::new(TargetSpec::any()), storage);
-        let report = Report::new(Detail::Normal);
+        let results = Results::new(Detail::Normal);
         let head =
             Head::new(line.clone(), Exposure::<Absent, Absent, Absent>::free_running(), FIRMWARE, buffer);
-        Self { line, sensor, detector, report, head }
+        Self { line, sensor, detector, results, head }
     }
 
     pub fn frame(&mut self) -> Outcome {
-        self.head.frame(&mut self.detector, &mut self.sensor, &mut [0; SIZE as usize], &mut self.report)
+        self.head.frame(&mut self.detector, &mut self.sensor, &mut [0; SIZE as usize], &mut self.results)
     }
 
     pub fn serve(&mut self) {
-        self.head.serve(&mut self.detector, &mut self.report).unwrap();
+        self.head.serve(&mut self.detector, &mut self.results).unwrap();
     }
 
     /// Frames with a line that takes everything until nothing waits any more.

@@ -54,7 +54,9 @@ fn a_frame_as_text_says_what_the_binary_one_says() {
     let text = String::from_utf8(bench.line.take()).unwrap();
     let lines = lines(&text);
     assert_eq!(lines[0], ["CCF", "2", "96", "96", "1", "0", "0"]);
-    let [name, seq, number, id, x, y, sigma_x, sigma_y, r, flags, a, b, theta, rms] = lines[1][..] else {
+    let [name, seq, number, id, x, y, sigma_x, sigma_y, r, flags, a, b, theta, rms, track, age] =
+        lines[1][..]
+    else {
         panic!("{text}")
     };
     assert_eq!([name, seq, number, id], ["CCT", "2", "1", "0"]);
@@ -70,6 +72,8 @@ fn a_frame_as_text_says_what_the_binary_one_says() {
     near(b, f64::from(shape.b) / 4096.0, 4);
     near(theta, f64::from(shape.theta) * 180.0 / 32768.0, 2);
     near(rms, f64::from(shape.rms) / 65536.0, 5);
+    // It was there in the frame before.
+    assert_eq!([track, age], ["1", "1"]);
     // The target is where it was drawn.
     let off = |text: &str, drawn: f32| (text.parse::<f32>().unwrap() - drawn).abs();
     assert!(off(x, CENTRE[0]) < 0.02 && off(y, CENTRE[1]) < 0.02, "{text}");
@@ -110,8 +114,8 @@ fn the_longest_report_fits_in_the_length_that_is_told() {
         let text = String::from_utf8(report.finish_text(&summary, &mut buffer).unwrap().to_vec()).unwrap();
         assert_eq!(lines(&text).len(), 4);
         assert_eq!(lines(&text)[0][4..], ["3", "2", "0"]);
-        // Numbers of targets and reports can have nine more digits each.
-        let slack = 3 * 9 + 3 * (9 + 4);
+        // Numbers of targets and reports can have nine more digits each, ids, tracks and ages four.
+        let slack = 3 * 9 + 3 * (9 + 4 + 4 + 4);
         assert!(
             text.len() + slack >= max_text_len(3, detail),
             "{} of {}",

@@ -84,7 +84,7 @@ fn command() -> Command {
 }
 
 fn answer() -> Answer {
-    let settings = HeadSettings::new(&Settings::new(TargetSpec::any()), Detail::Normal, Format::Binary);
+    let settings = HeadSettings::new(&Settings::new(TargetSpec::any()), Detail::Normal, Format::Binary, 0);
     Answer { tag: 8, outcome: Outcome::Ratio { value: 63569, min: 6554, max: 62259 }, settings }
 }
 
@@ -122,6 +122,7 @@ fn requests_and_outcomes_have_the_numbers_of_their_tables() {
         ("compensation", Request::Compensation(Compensation::Known)),
         ("detail", Request::Detail(Detail::Full)),
         ("format", Request::Format(Format::Text)),
+        ("whole every", Request::WholeEvery(10)),
     ];
     let sent = requests.map(|(name, request)| {
         let mut buffer = [0; COMMAND_MAX_LEN];
