@@ -80,7 +80,7 @@ fn a_full_tracker_follows_on() {
         tracker.begin();
         let tracks: Vec<_> =
             targets.iter().map(|target| tracker.follow(target).map(|track| track.id)).collect();
-        assert_eq!(tracks, [Some(0), Some(1), Some(2), Some(3), None, None], "frame {frame}");
+        assert_eq!(tracks, [Some(1), Some(2), Some(3), Some(4), None, None], "frame {frame}");
     }
     assert_eq!(tracker.tracks().len(), 4);
 }
