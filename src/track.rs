@@ -36,6 +36,8 @@
 //! # }
 //! ```
 
+use core::mem;
+
 use crate::code::QUIET;
 use crate::region::Region;
 use crate::target::Target;
@@ -136,9 +138,12 @@ impl<const TARGETS: usize> Tracker<TARGETS> {
         if self.is_whole() {
             return None;
         }
-        let mut regions: Vec<_, TARGETS> =
-            self.tracks.iter().filter_map(|track| track.region(width, height)).collect();
-        regions.sort_unstable_by_key(|region| region.top);
+        let mut regions = Vec::new();
+        for region in self.tracks.iter().filter_map(|track| track.region(width, height)) {
+            // Cannot fail, as there is room for every track; `collect` would bring code that panics.
+            let _ = regions.push(region);
+        }
+        sort(&mut regions);
         Some(regions)
     }
 
@@ -197,5 +202,42 @@ impl<const TARGETS: usize> Tracker<TARGETS> {
     /// All tracks; those that were not seen in this frame have waited for it in vain so far.
     pub fn tracks(&self) -> &[Track] {
         &self.tracks
+    }
+}
+
+/// By their first rows. The sort of `core` has paths that panic; and these are nearly sorted, as targets come from top to bottom.
+fn sort(regions: &mut [Region]) {
+    for end in 1..=regions.len() {
+        let mut sorted = regions.get_mut(..end).unwrap_or_default();
+        while let Some((last, rest)) = sorted.split_last_mut() {
+            match rest.last_mut() {
+                Some(before) if before.top > last.top => mem::swap(before, last),
+                _ => break,
+            }
+            sorted = rest;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+
+    #[test]
+    fn regions_are_sorted_by_their_first_rows() {
+        let tops = |tops: &[u16]| {
+            tops.iter()
+                .map(|&top| Region { top, bottom: 900, left: top, right: 900 })
+                .collect::<std::vec::Vec<_>>()
+        };
+        for mixed in [&[5u16, 3, 9, 1, 7, 3][..], &[1, 2, 3], &[3, 2, 1, 0], &[4], &[]] {
+            let mut regions = tops(mixed);
+            sort(&mut regions);
+            let mut right = mixed.to_vec();
+            right.sort_unstable();
+            assert_eq!(regions, tops(&right));
+        }
     }
 }

@@ -145,14 +145,15 @@ impl Desktop {
         let mut report = Report::<MAX_TARGETS>::new(detail);
         report.begin(seq);
         self.tracker.begin();
-        let mut take = |target| report.push_tracked(&target, self.tracker.follow(&target).as_ref());
         let mut detector = Detector::new(case.frame.settings()?, &mut *self.storage);
         let image = Image::new(&case.pixels, case.frame.width.try_into()?, case.frame.height.try_into()?)?;
         let (width, height) = image.size();
-        let mut scan = match self.tracker.regions(width, height) {
-            Some(ref regions) if given.is_none() => detector.begin(width, height)?.within(regions)?,
-            _ => detector.begin(width, height)?,
-        };
+        let regions = self.tracker.regions(width, height).filter(|_| given.is_none());
+        let mut take = |target| report.push_tracked(&target, self.tracker.follow(&target).as_ref());
+        let mut scan = detector.begin(width, height)?;
+        if let Some(regions) = &regions {
+            scan = scan.within(regions)?;
+        }
         for (y, row) in case.pixels.chunks_exact(width.into()).enumerate() {
             let targets = match given {
                 Some((runs, min_contrast)) => scan.push_row_with_runs(row, &runs[y], min_contrast)?,
