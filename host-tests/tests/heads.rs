@@ -11,7 +11,7 @@ use concentric::report::{
     Report, Request, max_len,
 };
 use concentric::track::Tracker;
-use concentric::{Detector, Image, Run};
+use concentric::{Detector, Image, Run, Settings, TargetSpec};
 use concentric_host::link::protocol::{Frame, HeadStorage, MAX_TARGETS, MAX_WIDTH, VERSION};
 use concentric_host::link::{Head, MPS2_AN386, MPS2_AN500, Machine, RISCV_VIRT, Serial, runs, sample_frames};
 use concentric_host::picture::Picture;
@@ -112,14 +112,17 @@ fn cases() -> Result<Vec<Case>> {
 
 /// What a desktop that measures the same frames sends.
 struct Desktop {
-    storage: Box<HeadStorage>,
+    /// One for all frames: a limited search takes the least contrast of the last whole one.
+    detector: Detector<'static>,
     tracker: Tracker<MAX_TARGETS>,
     told: Option<Detail>,
 }
 
 impl Desktop {
     fn new() -> Self {
-        Self { storage: Box::new(HeadStorage::new()), tracker: Tracker::new(), told: None }
+        let storage = Box::leak(Box::new(HeadStorage::new()));
+        let detector = Detector::new(Settings::new(TargetSpec::any()), storage);
+        Self { detector, tracker: Tracker::new(), told: None }
     }
 
     fn send(&mut self, seq: u32, case: &Case) -> Result<Vec<u8>> {
@@ -145,12 +148,12 @@ impl Desktop {
         let mut report = Report::<MAX_TARGETS>::new(detail);
         report.begin(seq);
         self.tracker.begin();
-        let mut detector = Detector::new(case.frame.settings()?, &mut *self.storage);
+        self.detector.set_settings(case.frame.settings()?);
         let image = Image::new(&case.pixels, case.frame.width.try_into()?, case.frame.height.try_into()?)?;
         let (width, height) = image.size();
         let regions = self.tracker.regions(width, height).filter(|_| given.is_none());
         let mut take = |target| report.push_tracked(&target, self.tracker.follow(&target).as_ref());
-        let mut scan = detector.begin(width, height)?;
+        let mut scan = self.detector.begin(width, height)?;
         if let Some(regions) = &regions {
             scan = scan.within(regions)?;
         }
