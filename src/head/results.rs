@@ -6,8 +6,7 @@ use crate::track::Tracker;
 
 /// The report of a frame, and the tracks of up to `N` targets.
 ///
-/// Firmware that keeps it in a static should set it up at run time (`StaticCell`): an initialised one takes its size in flash as
-/// well.
+/// At level terse it is all zeros: a static that takes no flash. [`Report::set_detail`] changes the level at run time.
 #[derive(Clone, Debug)]
 pub struct Results<const N: usize> {
     /// The report of the last frame.

@@ -72,8 +72,8 @@ enum Kind {
 
 /// The report of a frame in the making; holds up to `N` targets, up to 300 bytes each.
 ///
-/// Firmware that keeps it in a static should set it up at run time (`StaticCell`): an initialised one takes its
-/// size in flash as well.
+/// At level terse it is all zeros: a static that takes no flash. [`set_detail`](Self::set_detail) changes the level at run
+/// time.
 #[derive(Clone, Debug)]
 pub struct Report<const N: usize> {
     detail: Detail,

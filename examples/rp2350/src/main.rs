@@ -48,7 +48,8 @@ bind_interrupts!(struct Irqs {
 static STORAGE: ConstStaticCell<Storage<352, 256, 8000>> = ConstStaticCell::new(Storage::new());
 static BYTES: ConstStaticCell<[u8; BUFFER]> = ConstStaticCell::new([0; BUFFER]);
 static ROW: ConstStaticCell<[u8; WIDTH]> = ConstStaticCell::new([0; WIDTH]);
-static RESULTS: StaticCell<Results<TARGETS>> = StaticCell::new();
+/// All zero at level terse, so that it costs neither flash nor stack.
+static RESULTS: ConstStaticCell<Results<TARGETS>> = ConstStaticCell::new(Results::new(Detail::Terse));
 static ROWS: ConstStaticCell<[Row; RING]> = ConstStaticCell::new([Row::EMPTY; RING]);
 static RING_OF_ROWS: StaticCell<
     Channel<'static, embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex, Row>,
@@ -99,7 +100,8 @@ async fn main(spawner: Spawner) {
     let exposure = Exposure::with_light(light, Delay, LIGHT_LEAD_US);
     let mut head = Head::new(PipeLine(&PIPES), exposure, VERSION, BYTES.take());
     let mut detector = Detector::new(Settings::new(TargetSpec::any()), STORAGE.take());
-    let results = RESULTS.init_with(|| Results::new(Detail::Normal));
+    let results = RESULTS.take();
+    results.report.set_detail(Detail::Normal);
     let row = ROW.take();
     loop {
         // What went wrong with a frame shows as the gap in the numbers of the reports.

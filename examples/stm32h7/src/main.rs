@@ -19,7 +19,7 @@ use embassy_stm32::usart::{self, BufferedUart, BufferedUartRx, BufferedUartTx};
 use embassy_stm32::{bind_interrupts, dma, peripherals};
 use embassy_time::Delay;
 use panic_halt as _;
-use static_cell::{ConstStaticCell, StaticCell};
+use static_cell::ConstStaticCell;
 
 use camera::Camera;
 
@@ -46,7 +46,8 @@ bind_interrupts!(struct Irqs {
 static STORAGE: ConstStaticCell<Storage<WIDTH, 128, 2600>> = ConstStaticCell::new(Storage::new());
 static BYTES: ConstStaticCell<[u8; BUFFER]> = ConstStaticCell::new([0; BUFFER]);
 static ROW: ConstStaticCell<[u8; WIDTH]> = ConstStaticCell::new([0; WIDTH]);
-static RESULTS: StaticCell<Results<TARGETS>> = StaticCell::new();
+/// All zero at level terse, so that it costs neither flash nor stack.
+static RESULTS: ConstStaticCell<Results<TARGETS>> = ConstStaticCell::new(Results::new(Detail::Terse));
 static TRANSMIT: ConstStaticCell<[u8; 512]> = ConstStaticCell::new([0; 512]);
 static RECEIVE: ConstStaticCell<[u8; 64]> = ConstStaticCell::new([0; 64]);
 static PIPES: Pipes<512> = Pipes::new();
@@ -86,7 +87,8 @@ async fn main(spawner: Spawner) {
     let exposure = Exposure::with_light(light, Delay, LIGHT_LEAD_US);
     let mut head = Head::new(PipeLine(&PIPES), exposure, VERSION, BYTES.take());
     let mut detector = Detector::new(Settings::new(TargetSpec::any()), STORAGE.take());
-    let results = RESULTS.init_with(|| Results::new(Detail::Normal));
+    let results = RESULTS.take();
+    results.report.set_detail(Detail::Normal);
     let row = ROW.take();
     loop {
         // What went wrong with a frame shows as the gap in the numbers of the reports.
