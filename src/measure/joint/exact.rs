@@ -44,7 +44,7 @@ impl Place {
     }
 
     /// The place `at` on the axis from an outline's centre, in the undistorted plane, and how much larger areas are there.
-    pub fn from_centre(&self, outline: &Outline, at: i32) -> ((f32, f32), f32) {
+    pub fn beside_centre(&self, outline: &Outline, at: i32) -> ((f32, f32), f32) {
         let at = at as f32 / PX as f32;
         let (x, y) = (self.middle.0 + at * self.axes.along.0, self.middle.1 + at * self.axes.along.1);
         ((x - outline.shape.cx, y - outline.shape.cy), math::sqrt(self.axes.areas()))

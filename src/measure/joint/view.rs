@@ -233,7 +233,7 @@ impl<'s> View<'s> {
     #[inline(never)]
     fn beyond_tight(&self, saddle: &Saddle, seen: &Seen<'_>, at: i32) -> (i32, i32) {
         let (place, areas) = match &self.exact {
-            Some(exact) => exact.from_centre(seen.outline, at),
+            Some(exact) => exact.beside_centre(seen.outline, at),
             None => {
                 let (along, across) = seen.line(self.axis).about_centre(self.middle);
                 let (along, across) = ((along + at) as f32 / PX as f32, across as f32 / PX as f32);
