@@ -1,9 +1,12 @@
 //! What the library takes a target to be: nested ellipses of two levels under one plane of light, blurred. Its unknowns are
 //! found by Gauss-Newton steps, on stored crossings ([`crate::measure`]) or on the pixels of an image ([`crate::refine`]).
 
+mod saddle;
+
 use crate::fit::{Frame, Matrix, Shape};
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
+pub(crate) use saddle::Saddle;
 
 /// Most that a step may change the blur, relative.
 const BLUR_STEP: f32 = 0.3;

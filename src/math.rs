@@ -24,6 +24,11 @@ pub(crate) fn exp(x: f32) -> f32 {
     libm::expf(x)
 }
 
+/// ln(1 + x).
+pub(crate) fn ln_1p(x: f32) -> f32 {
+    libm::log1pf(x)
+}
+
 /// (sin, cos) of radians.
 pub(crate) fn sincos(x: f32) -> (f32, f32) {
     libm::sincosf(x)

@@ -201,13 +201,14 @@ impl<'i> Window<'i> {
     /// Calls `f` with level, place and model of each pixel near an outline.
     fn for_each(&self, model: &Model, mut f: impl FnMut(u8, (f32, f32), &Expected)) {
         let (x0, y0) = self.origin.pixel;
+        let tight = model.tight();
         for y in self.rows.0..=self.rows.1 {
             for x in self.columns.0..=self.columns.1 {
                 let Some(pixel) = self.image.level(x, y) else { continue };
                 let seen = ((x - i32::from(x0)) as f32, (y - i32::from(y0)) as f32);
                 let Some(place) = self.origin.place(seen) else { continue };
                 let lens = |place| Slope(self.origin.slope(place));
-                if let Some(expected) = model.at(place, lens, REACH) {
+                if let Some(expected) = model.at(place, &tight, lens, REACH) {
                     f(pixel, place, &expected);
                 }
             }

@@ -1,8 +1,9 @@
 //! The level that the model gives a pixel.
 
-use crate::appearance::Model;
+use crate::appearance::{Model, Saddle};
 use crate::edge::normal;
 use crate::fit::Frame;
+use crate::list::list;
 use crate::math;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
@@ -63,7 +64,14 @@ pub(super) struct Expected {
     pub edges: Vec<Near, MAX_CIRCLES>,
 }
 
+/// The outlines of a model that bend too much for distance and curvature to tell the level.
+pub(super) type Tight = Vec<Option<Saddle>, MAX_CIRCLES>;
+
 impl Model {
+    pub(super) fn tight(&self) -> Tight {
+        list(self.outlines.iter().map(|outline| Saddle::new(&outline.shape, self.blur)))
+    }
+
     pub(super) fn level(&self, expected: &Expected) -> f32 {
         (self.dark + self.contrast() * expected.lightness) * expected.light
     }
@@ -73,6 +81,7 @@ impl Model {
     pub(super) fn at(
         &self,
         (x, y): (f32, f32),
+        tight: &Tight,
         lens: impl Fn((f32, f32)) -> Slope,
         reach: f32,
     ) -> Option<Expected> {
@@ -92,7 +101,12 @@ impl Model {
                 expected.lightness += outline.inside;
                 continue;
             }
-            let distance = self.add_edge(&mut expected, k, (u, v, radius), &lens);
+            let distance = self.add_edge(
+                &mut expected,
+                (k, tight.get(k).and_then(Option::as_ref)),
+                (u, v, radius),
+                &lens,
+            );
             nearest = nearest.min(distance.abs());
         }
         (nearest <= reach).then_some(expected)
@@ -102,7 +116,7 @@ impl Model {
     fn add_edge(
         &self,
         expected: &mut Expected,
-        k: usize,
+        (k, tight): (usize, Option<&Saddle>),
         (u, v, radius): (f32, f32, f32),
         lens: impl Fn((f32, f32)) -> Slope,
     ) -> f32 {
@@ -133,8 +147,10 @@ impl Model {
             expected.lightness += outline.inside;
             return distance;
         }
-        let lead = 0.5 * curvature * self.blur;
-        let z = distance / self.blur;
+        let (z, lead) = match tight {
+            Some(saddle) => saddle.beyond((radius * px, radius * py), self.blur * self.blur * area),
+            None => (distance / self.blur, 0.5 * curvature * self.blur),
+        };
         let (share, density) = normal(z + lead);
         expected.lightness += outline.inside * (1.0 - share);
         expected.by_blur += outline.inside * density * (z - lead);

@@ -43,18 +43,19 @@ impl Place {
         Some(Self { middle, axes })
     }
 
+    /// The place `at` on the axis from an outline's centre, in the undistorted plane, and how much larger areas are there.
+    pub fn beside_centre(&self, outline: &Outline, at: i32) -> ((f32, f32), f32) {
+        let at = at as f32 / PX as f32;
+        let (x, y) = (self.middle.0 + at * self.axes.along.0, self.middle.1 + at * self.axes.along.1);
+        ((x - outline.shape.cx, y - outline.shape.cy), math::sqrt(self.axes.areas()))
+    }
+
     /// Distance of the place `at` on the axis from an outline, positive outside, and half the curvature there.
     pub fn distance(&self, outline: &Outline, at: i32) -> (i32, i32) {
         let at = at as f32 / PX as f32;
         let place = (self.middle.0 + at * self.axes.along.0, self.middle.1 + at * self.axes.along.1);
         let (distance, curvature) = distance(outline, place, &self.axes);
         (bounded(distance, DEEPEST, PX), bounded(0.5 * curvature, 1.0, BEND))
-    }
-
-    /// Where the axis comes nearest to the centre of an outline, in the measure of its ellipse.
-    pub fn nearest(&self, outline: &Outline) -> i32 {
-        let (slope, _) = outline.shape.gradient(self.middle.0, self.middle.1);
-        fixed(-dot(slope, self.axes.along) / dot(outline.shape.product(self.axes.along), self.axes.along), PX)
     }
 
     /// Where the axis passes an outline.

@@ -207,12 +207,6 @@ impl Line {
         Some((distance.clamp(-DISTANT, DISTANT), bend))
     }
 
-    /// Where the axis through a place, px from the centre, comes nearest to that, in the measure of the ellipse. `None` far away.
-    pub fn nearest(&self, place: (i32, i32)) -> Option<i32> {
-        let look = self.look(place)?;
-        Some(-(look.place.0 << 12) / (self.frame[0] >> 16).max(1))
-    }
-
     fn turned(&self, (u, v): (i32, i32)) -> (i32, i32) {
         let [uu, uv, vu, vv] = self.turn;
         ((u * uu + v * uv) >> 14, (u * vu + v * vv) >> 14)

@@ -2,7 +2,7 @@
 
 use super::fixed::{GREY, ONE, PX, fixed, scale};
 use super::line::{Border, Line};
-use crate::appearance::{Model, Outline};
+use crate::appearance::{Model, Outline, Saddle};
 use crate::scan::Axis;
 
 /// Standard deviations of the blur beyond which an edge is over, ...
@@ -12,9 +12,6 @@ const CLEAR: f32 = 2.5;
 /// How far the near samples and the far stretches of a crossing reach from an edge, px, with room for its place.
 const NEAR: f32 = 3.0;
 const FAR: f32 = 19.5;
-/// Radius of curvature at the ends of the major axis below which a series is not good enough for the samples of an edge, px, and
-/// standard deviations of the blur.
-const TIGHT: (f32, f32) = (3.0, 4.0);
 /// How far beyond the target, px, and how many times its size the unit of places is.
 const UNIT: (f32, f32) = (16.0, 2.0);
 
@@ -105,10 +102,14 @@ impl<'m> Scene<'m> {
         (at.max(-self.farthest).min(self.farthest) * self.by_unit) >> 14
     }
 
-    /// Whether a series is not good enough for the samples of an edge.
-    fn is_bent(&self, outline: &Outline) -> bool {
-        let (a, b) = outline.shape.semi_axes();
-        b * b < a * TIGHT.0.max(TIGHT.1 * self.model.blur)
+    /// Whether it bends too much for its distance to tell the level.
+    fn is_tight(&self, outline: &Outline) -> bool {
+        Saddle::is_tight(&outline.shape, self.model.blur)
+    }
+
+    fn seen<'o>(&self, outline: &'o Outline) -> Option<Seen<'o>> {
+        let saddle = Saddle::new(&outline.shape, self.model.blur);
+        Some(Seen { outline, lines: Line::both(outline)?, saddle })
     }
 
     /// Outline `k` as crossings see it. `None` if there is no such ellipse.
@@ -118,40 +119,32 @@ impl<'m> Scene<'m> {
         let next = |next: Option<usize>, reach: f32| within(self.model, k, next, reach);
         let (outer, inner) = (k.checked_sub(1), Some(k + 1));
         let far = [next(outer, FAR), next(inner, FAR)].map(|next| self.outline(next));
-        let near = [next(outer, NEAR), next(inner, NEAR)].map(|next| next.is_some());
         let clear = CLEAR * self.model.blur;
         let room = [
             match far[0] {
-                Some(outer) if self.is_bent(outer) => Room::Distant,
+                Some(outer) if self.is_tight(outer) => Room::None,
                 Some(outer) => Room::Within(Border::both(&outer.shape, -clear)),
                 None if self.ringed => Room::None,
                 None => Room::All,
             },
             match far[1] {
-                Some(inner) if self.is_bent(inner) => Room::Distant,
+                Some(inner) if self.is_tight(inner) => Room::None,
                 Some(inner) => Room::Around(Border::both(&inner.shape, clear)),
-                None if self.is_bent(outline) => Room::Distant,
+                None if self.is_tight(outline) => Room::None,
                 None => Room::Within(Border::both(&outline.shape, -clear)),
             },
         ];
-        let beside = |i: usize| {
-            let seen = near[i] || matches!(room[i], Room::Distant);
-            far[i].filter(|_| seen).map_or(Some(None), |outline| Seen::new(outline).map(Some))
+        let beside = |k: Option<usize>| {
+            self.outline(next(k, NEAR)).map_or(Some(None), |outline| self.seen(outline).map(Some))
         };
+        let (outside, inside) = (beside(outer)?, beside(inner)?);
         Some(Track {
-            own: Seen::new(outline)?,
-            bent: self.is_bent(outline),
-            near: if dark_inside { near } else { [near[1], near[0]] },
-            beside: [beside(0)?, beside(1)?],
+            own: self.seen(outline)?,
+            beside: if dark_inside { [outside, inside] } else { [inside, outside] },
             dark_inside,
             room,
         })
     }
-}
-
-/// Whether an edge so many standard deviations of the blur away leaves a level as it is.
-pub(super) fn is_clear(deviations: i32) -> bool {
-    deviations.abs() > (CLEAR * PX as f32) as i32
 }
 
 /// The outline `next` to `k`, if the other side of the area between them is nearer than `reach` px and the blur.
@@ -170,19 +163,21 @@ enum Room {
     /// Inside of this border, and outside of it, for rows and for columns.
     Within(Option<[Border; 2]>),
     Around(Option<[Border; 2]>),
-    /// Where it is as clear of the edge as its distance tells, because that bends too much for a border that is an ellipse.
-    Distant,
 }
 
 /// An outline, and its ellipse as rows and as columns see it.
 pub(super) struct Seen<'m> {
     pub outline: &'m Outline,
     lines: [Line; 2],
+    /// Where it bends too much for its distance to tell the level.
+    pub saddle: Option<Saddle>,
 }
 
-impl<'m> Seen<'m> {
-    fn new(outline: &'m Outline) -> Option<Self> {
-        Some(Self { outline, lines: Line::both(outline)? })
+impl Seen<'_> {
+    /// Whether it bends too much for a series.
+    #[inline]
+    pub fn is_tight(&self) -> bool {
+        self.saddle.is_some()
     }
 
     #[inline]
@@ -195,11 +190,7 @@ impl<'m> Seen<'m> {
 /// An outline as crossings see it.
 pub(super) struct Track<'m> {
     pub own: Seen<'m>,
-    /// It bends too much for a series.
-    pub bent: bool,
-    /// Whether the outlines beside it have a part in its samples: on the light side and on the dark side.
-    pub near: [bool; 2],
-    /// These outlines, and those whose distance says where a far stretch is clear of them: outside and inside.
+    /// The outlines beside it that have a part in its samples: on the light side and on the dark side.
     pub beside: [Option<Seen<'m>>; 2],
     pub dark_inside: bool,
     /// Outside and inside.
@@ -207,26 +198,18 @@ pub(super) struct Track<'m> {
 }
 
 impl Track<'_> {
-    /// Whether a stretch on an axis, from `first` to `last`, px / 4, outside or inside of the outline, is clear of all edges. `None`
-    /// where their distance tells.
+    /// Whether a stretch on an axis, from `first` to `last`, px / 4, outside or inside of the outline, is clear of all edges.
     #[inline]
-    pub fn is_clear(
-        &self,
-        axis: Axis,
-        inwards: bool,
-        (first, last): (i32, i32),
-        across: i32,
-    ) -> Option<bool> {
+    pub fn is_clear(&self, axis: Axis, inwards: bool, (first, last): (i32, i32), across: i32) -> bool {
         let [outside, inside] = &self.room;
         let of = |[row, column]: &[Border; 2]| if axis == Axis::Row { *row } else { *column };
-        Some(match if inwards { inside } else { outside } {
-            Room::Distant => return None,
+        match if inwards { inside } else { outside } {
             Room::None => false,
             Room::All => true,
             Room::Within(border) => border.as_ref().is_some_and(|border| of(border).contains(last, across)),
             Room::Around(border) => {
                 border.as_ref().is_some_and(|border| !of(border).meets((first, last), across))
             }
-        })
+        }
     }
 }

@@ -1,5 +1,7 @@
 extern crate std;
 
+mod tight;
+
 use super::arrow::{Arrow, PARTS, Part};
 use super::exact::{Axes, Passage, Place, distance};
 use super::fixed::{BEND, ONE, PX, sector, unit};

@@ -2,9 +2,10 @@
 
 use super::arrow::{Place, Sums};
 use super::exact;
-use super::fixed::{BEND, GREY, ONE, PX, scale};
+use super::fixed::{BEND, GREY, ONE, PX, fixed, scale};
 use super::line::Passage;
-use super::scene::{Scene, Seen, Track, is_clear};
+use super::scene::{Scene, Seen, Track};
+use crate::appearance::Saddle;
 use crate::edge::normal_fixed;
 use crate::measure::Origin;
 use crate::scan::{Axis, Crossing, NEAR};
@@ -22,6 +23,9 @@ const FAR: i32 = 7 * PX / 2;
 const TAIL: i32 = ONE * 2 / 25;
 /// ... which is over beyond this, standard deviations of the blur.
 const OVER: i32 = 7 * PX / 2;
+
+/// Farthest that is told from each other, standard deviations of the blur with the unit of lengths.
+const AWAY: f32 = 16.0 * PX as f32;
 
 /// Light that is calculated with, for the room of its products.
 const LEAST_LIGHT: i32 = ONE / 4;
@@ -117,7 +121,7 @@ impl<'s> View<'s> {
         };
         let (cosine, change) = (passage.cosines.0, passage.change.0);
         let near = scale(passage.at.abs(), cosine.abs()) <= MAX_DISTANCE;
-        let wide = 4 * MIN_HALF_CHORD.1 * cosine.abs() >= MIN_HALF_CHORD.0 * change;
+        let wide = track.own.is_tight() || 4 * MIN_HALF_CHORD.1 * cosine.abs() >= MIN_HALF_CHORD.0 * change;
         if rising != ((cosine > 0) == track.dark_inside) || !near || !wide {
             return None;
         }
@@ -129,7 +133,7 @@ impl<'s> View<'s> {
         let third = -((scale(bend, cosine) * second) >> 15);
         // In 1/16 of the unit of the others, because it is small.
         let cube = || (((second * bend) >> 12) * bend + BEND / 2) >> 16;
-        let fourth = if track.bent { 0 } else { scale(cube(), 5 * square - ONE) };
+        let fourth = if track.own.is_tight() { 0 } else { scale(cube(), 5 * square - ONE) };
         let series = [scale(cosine, scene.sharpness), second, third, fourth];
         Some(Self {
             scene,
@@ -172,7 +176,7 @@ impl<'s> View<'s> {
         // Standard deviations of the blur: where the level of one half is, and so many beyond the edge.
         let (mut leads, mut beyond) = ([scene.lead(self.bend); NEAR], [0; NEAR]);
         for i in 0..NEAR {
-            if !self.track.bent {
+            if !self.track.own.is_tight() {
                 beyond[i] = self.beyond(near_place(i));
             } else if own[i] {
                 match self.deviations(&self.track.own, near_place(i)) {
@@ -210,6 +214,9 @@ impl<'s> View<'s> {
     /// How far the place `at` on the axis is beyond an outline's edge towards light, and where the level of one half is there,
     /// standard deviations of the blur. `None` far away.
     fn deviations(&self, seen: &Seen<'_>, at: i32) -> Option<(i32, i32)> {
+        if let Some(saddle) = &seen.saddle {
+            return Some(self.beyond_tight(saddle, seen, at));
+        }
         let (depth, bend) = match &self.exact {
             Some(exact) => exact.distance(seen.outline, at),
             None => {
@@ -222,6 +229,23 @@ impl<'s> View<'s> {
         Some((self.scene.deviations(depth), self.scene.lead(bend)))
     }
 
+    /// The same where the edge bends as tightly as the blur is wide.
+    #[inline(never)]
+    fn beyond_tight(&self, saddle: &Saddle, seen: &Seen<'_>, at: i32) -> (i32, i32) {
+        let (place, areas) = match &self.exact {
+            Some(exact) => exact.beside_centre(seen.outline, at),
+            None => {
+                let (along, across) = seen.line(self.axis).about_centre(self.middle);
+                let (along, across) = ((along + at) as f32 / PX as f32, across as f32 / PX as f32);
+                (if self.axis == Axis::Row { (along, across) } else { (across, along) }, 1.0)
+            }
+        };
+        let blur = self.scene.model().blur;
+        let (beyond, lead) = saddle.beyond(place, blur * blur * areas);
+        let inside = -seen.outline.inside * PX as f32;
+        (fixed((inside * beyond).clamp(-AWAY, AWAY), 1), fixed((inside * lead).clamp(-AWAY, AWAY), 1))
+    }
+
     /// Adds what the edges beside this one give to its samples: light of the dark area beyond, and dark of the light area beyond.
     /// Samples that are nearer to one of these are not its `own`.
     fn add_next(
@@ -230,11 +254,8 @@ impl<'s> View<'s> {
         beyond: &[i32; NEAR],
         (lightness, by_blur): (&mut [i32; NEAR], &mut [i32; NEAR]),
     ) {
-        let [outside, inside] = &self.track.beside;
-        let [light, dark] = if self.track.dark_inside { [outside, inside] } else { [inside, outside] };
-        let [near_light, near_dark] = self.track.near;
-        for (next, near, side) in [(light, near_light, 1), (dark, near_dark, -1)] {
-            let Some(next) = next.as_ref().filter(|_| near) else { continue };
+        for (next, side) in self.track.beside.iter().zip([1, -1]) {
+            let Some(next) = next else { continue };
             // From the sample nearest to that edge.
             for step in 0..NEAR {
                 let i = if side == self.sign { NEAR - 1 - step } else { step };
@@ -311,7 +332,7 @@ impl<'s> View<'s> {
     #[inline]
     fn tail(&self, side: i32, bright: bool, log: u32) -> i32 {
         let scene = self.scene;
-        let z = if self.track.bent {
+        let z = if self.track.own.is_tight() {
             let Some((z, lead)) = self.deviations(&self.track.own, side * FAR) else { return 0 };
             z + lead
         } else {
@@ -331,31 +352,7 @@ impl<'s> View<'s> {
         let first = 2 * self.middle.0 + side * 14;
         let last = first + side * (4 << log) - 4 * side;
         let inwards = bright != self.track.dark_inside;
-        self.track
-            .is_clear(self.axis, inwards, (first, last), 2 * self.middle.1)
-            .unwrap_or_else(|| self.is_far_away(side, inwards, log))
-    }
-
-    /// The same by the distance from the edge.
-    fn is_far_away(&self, side: i32, inwards: bool, log: u32) -> bool {
-        let (first, last) = (side * FAR, side * (FAR + (PX << log) - PX));
-        let [outside, inside] = &self.track.beside;
-        let (seen, at) = match if inwards { inside } else { outside } {
-            Some(next) if inwards => (next, self.nearest(next).max(first.min(last)).min(first.max(last))),
-            next => (next.as_ref().unwrap_or(&self.track.own), last),
-        };
-        self.deviations(seen, at).is_none_or(|(z, _)| is_clear(z))
-    }
-
-    /// Where the axis comes nearest to the centre of an outline, in the measure of its ellipse.
-    fn nearest(&self, seen: &Seen<'_>) -> i32 {
-        match &self.exact {
-            Some(exact) => exact.nearest(seen.outline),
-            None => {
-                let line = seen.line(self.axis);
-                line.nearest(line.about_centre(self.middle)).unwrap_or(0)
-            }
-        }
+        self.track.is_clear(self.axis, inwards, (first, last), 2 * self.middle.1)
     }
 }
 
