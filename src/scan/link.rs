@@ -43,6 +43,7 @@ impl<'a, 's> Linker<'a, 's> {
         self.link(previous, current);
     }
 
+    #[inline(never)]
     fn link(&mut self, previous: &[Transition], current: &mut [Transition]) {
         let (mut i, mut j) = (0, 0);
         loop {
@@ -118,9 +119,7 @@ impl<'a, 's> Linker<'a, 's> {
             let beside = |at: usize| current.get(at).map(|transition| transition.x);
             let before = at.checked_sub(1).and_then(beside).unwrap_or(0);
             let after = beside(at + 1).unwrap_or(self.window.width);
-            if let Some(crossing) = self.window.row_crossing(x, [before, after]) {
-                self.keep(label, crossing);
-            }
+            self.keep_row_crossing(label, x, [before, after]);
         }
         if above != x {
             self.keep_column_crossings(label, above.min(x), above.max(x));
@@ -128,6 +127,7 @@ impl<'a, 's> Linker<'a, 's> {
     }
 
     /// An outline begins with the transitions `at` and `at + 1`.
+    #[inline(never)]
     fn begin(&mut self, current: &mut [Transition], at: usize) {
         let Some([first, second]) = current.get_mut(at..at + 2) else { return };
         let label = self.outlines.open(first.x, self.window.y);
@@ -143,6 +143,7 @@ impl<'a, 's> Linker<'a, 's> {
     }
 
     /// The transitions `at` and `at + 1` of the row above meet.
+    #[inline(never)]
     fn end(&mut self, previous: &[Transition], at: usize) {
         let Some([first, second]) = previous.get(at..at + 2) else { return };
         let (a, b) = (self.outlines.root(first.label), self.outlines.root(second.label));
@@ -199,6 +200,7 @@ impl<'a, 's> Linker<'a, 's> {
     }
 
     /// An outline that the frame cuts gives up when it has many crossings: it is more often background than a target.
+    #[inline(never)]
     fn bound_cut(&mut self, label: u16) {
         let most = self.pool.capacity() / limits::CUT_SHARE;
         if self.outlines.get(label).is_some_and(|o| o.cut && usize::from(o.crossings.len()) > most) {
@@ -219,32 +221,61 @@ impl<'a, 's> Linker<'a, 's> {
         }
     }
 
+    /// Keeps the crossing before column `x` of this row, with its neighbours before the columns `beside`.
+    #[inline(never)]
+    fn keep_row_crossing(&mut self, label: u16, x: u16, beside: [u16; 2]) {
+        if let Some(crossing) = self.window.row_crossing(x, beside) {
+            self.keep(label, crossing);
+        }
+    }
+
     /// Keeps the crossings between the row above and this one in the columns `from..to`, as long as the outline keeps any.
     fn keep_column_crossings(&mut self, label: u16, from: u16, to: u16) {
         for x in self.window.columns(from, to) {
             if self.outlines.get(label).is_none_or(|outline| outline.lossy) {
                 return;
             }
-            if let Some(crossing) = self.window.column_crossing(x) {
-                self.keep(label, crossing);
-            }
+            self.keep_column_crossing(label, x);
         }
     }
 
+    #[inline(never)]
+    fn keep_column_crossing(&mut self, label: u16, x: u16) {
+        if let Some(crossing) = self.window.column_crossing(x) {
+            self.keep(label, crossing);
+        }
+    }
+
+    #[inline(always)]
     fn keep(&mut self, label: u16, crossing: Crossing) {
+        let Some(outline) = self.outlines.get_mut(label) else { return };
+        let is_cut = outline.cut;
+        let slot = match self.pool.push(&mut outline.crossings) {
+            Some(slot) => slot,
+            None => match self.push_in_full(label) {
+                Some(slot) => slot,
+                None => return,
+            },
+        };
+        *slot = crossing;
+        if is_cut {
+            self.bound_cut(label);
+        }
+    }
+
+    /// A slot for a crossing of outline `label` where the pool is full. `None` if that gives up for it.
+    #[cold]
+    fn push_in_full(&mut self, label: u16) -> Option<&mut Crossing> {
         while let Some(outline) = self.outlines.get_mut(label).filter(|outline| !outline.lossy) {
-            if self.pool.push(&mut outline.crossings, crossing) {
-                if outline.cut {
-                    self.bound_cut(label);
-                }
-                return;
+            if !self.pool.is_full() {
+                return self.pool.push(&mut outline.crossings);
             }
             self.make_room(label);
         }
+        None
     }
 
     /// Gives up an outline for the crossings of outline `label`.
-    #[cold]
     fn make_room(&mut self, label: u16) {
         // A target that the frame cuts is worth less than a whole one.
         if let Some(cut) = self.outlines.largest(|o| o.cut) {
