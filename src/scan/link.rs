@@ -182,6 +182,7 @@ impl<'a, 's> Linker<'a, 's> {
         self.bound_cut(a);
     }
 
+    #[inline(always)]
     fn add_transition(&mut self, label: u16, sign: i32, x: u16) {
         let cut = x == 0 || x >= self.window.width || self.window.y == 0;
         if let Some(outline) = self.outlines.get_mut(label) {

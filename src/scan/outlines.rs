@@ -351,6 +351,16 @@ impl<'s> Outlines<'s> {
         }
     }
 
+    /// The outlines that have closed and were not taken.
+    pub fn closed(&self) -> impl Iterator<Item = u16> {
+        let (mut at, last) = self.closed;
+        core::iter::from_fn(move || {
+            let label = at;
+            at = if label == last { NONE } else { self.get(label)?.next };
+            (label != NONE).then_some(label)
+        })
+    }
+
     /// The next of the outlines that have closed, in the order of their closing.
     pub fn take_closed(&mut self) -> Option<u16> {
         let (label, last) = self.closed;
