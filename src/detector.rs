@@ -236,12 +236,18 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
     }
 
     /// Sorts the outlines that have closed.
+    #[inline(always)]
     fn take_closed(&mut self) {
         while let Some(label) = self.detector.scanner.outlines.take_closed() {
-            if let Err(cause) = self.waiting.add(label, &mut self.detector.scanner) {
-                self.reject(label, cause);
-                self.detector.scanner.free(label);
-            }
+            self.sort(label);
+        }
+    }
+
+    #[inline(never)]
+    fn sort(&mut self, label: u16) {
+        if let Err(cause) = self.waiting.add(label, &mut self.detector.scanner) {
+            self.reject(label, cause);
+            self.detector.scanner.free(label);
         }
     }
 
