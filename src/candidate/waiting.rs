@@ -34,8 +34,12 @@ impl Waiting {
     /// Takes a closed outline. An error is the reason why it is none of a target; its slot is then still in use.
     pub fn add(&mut self, label: u16, scanner: &mut Scanner<'_>) -> Result<(), Reject> {
         let outline = *scanner.outlines.get(label).ok_or(Reject::BufferFull)?;
+        let alone = outline.is_usable() && self.stays_alone(&outline, scanner);
+        if alone && !broken::is_worth_a_search(&outline, Reject::NotElliptic) {
+            return Err(Reject::Alone);
+        }
         let shape = shape(&outline);
-        if shape.is_ok() && self.stays_alone(&outline, scanner) {
+        if alone && shape.is_ok() {
             return Err(Reject::Alone);
         }
         let whole = !ARCS || shape.is_ok_and(|shape| !broken::is_bent(&outline, &shape, &scanner.pool));

@@ -186,6 +186,11 @@ impl Outline {
         self.width().min(self.height()) < limits::MIN_EXTENT
     }
 
+    /// Whether nothing of it is missing and it is large enough.
+    pub fn is_usable(&self) -> bool {
+        !self.cut && !self.lossy && !self.is_small()
+    }
+
     /// Whether it closes when so many ends meet.
     pub fn closes(&self, ends: u16) -> bool {
         self.ends <= ends
