@@ -1,7 +1,6 @@
 //! The order of the stages, and nothing else.
 
 mod error;
-
 pub use error::{FrameError, RowError};
 
 use crate::candidate::{self, Waiting};
@@ -265,11 +264,10 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
             let measured = if alone { Err(Reject::Alone) } else { measure(head, scanner, settings) };
             let target = measured.map_err(|cause| self.reject(head, cause));
             self.detector.scanner.free(head);
-            if let Ok(target) = target {
-                log!(trace, "target at {}", target.centre);
-                self.summary.targets = self.summary.targets.saturating_add(1);
-                return Some(target);
-            }
+            let Ok(target) = target else { continue };
+            log!(trace, "target at {}", target.centre);
+            self.summary.targets = self.summary.targets.saturating_add(1);
+            return Some(target);
         }
     }
 

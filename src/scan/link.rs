@@ -46,20 +46,39 @@ impl<'a, 's> Linker<'a, 's> {
     #[inline(never)]
     fn link(&mut self, previous: &[Transition], current: &mut [Transition]) {
         let (mut i, mut j) = (0, 0);
+        let (mut above, mut here) = (run(previous, 0), run(current, 0));
         loop {
-            let (above, here) = (run(previous, i), run(current, j));
             if above.1 < here.0 {
                 self.end(previous, 2 * i);
                 i += 1;
+                above = run(previous, i);
             } else if here.1 < above.0 {
                 self.begin(current, 2 * j);
                 j += 1;
+                here = run(current, j);
             } else if here == NO_RUN {
                 // Then there is none above either.
                 break;
             } else {
                 self.proceed(previous, 2 * i, current, 2 * j);
-                (i, j) = self.link_connected(previous, current, i, j);
+                // A set of connected runs, to its right end.
+                loop {
+                    let next_above = run(previous, i + 1);
+                    if next_above.0 <= here.1 {
+                        self.end(previous, 2 * i + 1);
+                        (i, above) = (i + 1, next_above);
+                        continue;
+                    }
+                    let next_here = run(current, j + 1);
+                    if next_here.0 <= above.1 {
+                        self.begin(current, 2 * j + 1);
+                        (j, here) = (j + 1, next_here);
+                        continue;
+                    }
+                    self.proceed(previous, 2 * i + 1, current, 2 * j + 1);
+                    (i, above, j, here) = (i + 1, next_above, j + 1, next_here);
+                    break;
+                }
             }
         }
         if self.outlines.any_joined() {
@@ -67,30 +86,6 @@ impl<'a, 's> Linker<'a, 's> {
                 transition.label = self.outlines.root(transition.label);
             }
             self.outlines.free_joined();
-        }
-    }
-
-    /// Follows a set of connected runs, from run `i` above and run `j` here, to its right end. Returns the runs after it.
-    fn link_connected(
-        &mut self,
-        previous: &[Transition],
-        current: &mut [Transition],
-        mut i: usize,
-        mut j: usize,
-    ) -> (usize, usize) {
-        let (mut above, mut here) = (run(previous, i), run(current, j));
-        loop {
-            let (next_above, next_here) = (run(previous, i + 1), run(current, j + 1));
-            if next_above.0 <= here.1 {
-                self.end(previous, 2 * i + 1);
-                (i, above) = (i + 1, next_above);
-            } else if next_here.0 <= above.1 {
-                self.begin(current, 2 * j + 1);
-                (j, here) = (j + 1, next_here);
-            } else {
-                self.proceed(previous, 2 * i + 1, current, 2 * j + 1);
-                return (i + 1, j + 1);
-            }
         }
     }
 
