@@ -218,6 +218,7 @@ impl<'a, 's> Linker<'a, 's> {
     }
 
     /// Keeps the crossing before column `x` of this row, with its neighbours before the columns `beside`.
+    // Where the outline was lost in this row, at the frame's border, there is none.
     #[inline(never)]
     fn keep_row_crossing(&mut self, label: u16, x: u16, beside: [u16; 2]) {
         if let Some(crossing) = self.window.row_crossing(x, beside) {
@@ -242,6 +243,7 @@ impl<'a, 's> Linker<'a, 's> {
         }
     }
 
+    /// Keeps a crossing of an outline of which nothing is lost.
     #[inline(always)]
     fn keep(&mut self, label: u16, crossing: Crossing) {
         let Some(outline) = self.outlines.get_mut(label) else { return };

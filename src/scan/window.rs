@@ -23,6 +23,8 @@ pub(super) struct Window<'a> {
     rows: [&'a [u8]; ROWS],
     pub width: u16,
     pub height: u16,
+    /// Columns of the rows, with those that pad them.
+    padded: u16,
     /// Smallest difference between the two sides' pairs of samples: less is no edge, but the border of two cells'
     /// thresholds.
     min_step: i32,
@@ -44,6 +46,7 @@ impl<'a> Window<'a> {
     pub fn new(rows: &'a Rows<'_>, first: u16, min_contrast: u8) -> Self {
         let mut all: [&[u8]; ROWS] = [&[]; ROWS];
         let kept = rows.rows_after(i32::from(first) - i32::from(REACH));
+        let padded = kept[0].len() as u16;
         for (place, row) in all.iter_mut().skip(FAR_ROWS - 1).zip(kept) {
             *place = row;
         }
@@ -51,6 +54,7 @@ impl<'a> Window<'a> {
             rows: all,
             width: rows.width(),
             height: rows.height(),
+            padded,
             min_step: i32::from(min_contrast) / 2,
             pushed: rows.pushed(),
             first,
@@ -110,7 +114,7 @@ impl<'a> Window<'a> {
 
     /// The columns of `from..to` that have neighbours, if there are rows enough about this one.
     pub fn columns(&self, from: u16, to: u16) -> Range<u16> {
-        if self.far == [0; 2] { 0..0 } else { from.max(1)..to }
+        if self.far == [0; 2] || to >= self.padded { 0..0 } else { from.max(1)..to }
     }
 
     /// The crossing between the row above and this one in column `x`, one of [`columns`](Self::columns).
