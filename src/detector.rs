@@ -1,7 +1,6 @@
 //! The order of the stages, and nothing else.
 
 mod error;
-
 pub use error::{FrameError, RowError};
 
 use crate::candidate::{self, Waiting};
@@ -237,12 +236,18 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
     }
 
     /// Sorts the outlines that have closed.
+    #[inline(always)]
     fn take_closed(&mut self) {
         while let Some(label) = self.detector.scanner.outlines.take_closed() {
-            if let Err(cause) = self.waiting.add(label, &mut self.detector.scanner) {
-                self.reject(label, cause);
-                self.detector.scanner.free(label);
-            }
+            self.sort(label);
+        }
+    }
+
+    #[inline(never)]
+    fn sort(&mut self, label: u16) {
+        if let Err(cause) = self.waiting.add(label, &mut self.detector.scanner) {
+            self.reject(label, cause);
+            self.detector.scanner.free(label);
         }
     }
 
@@ -260,11 +265,10 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
             let measured = if alone { Err(Reject::Alone) } else { measure(head, scanner, settings) };
             let target = measured.map_err(|cause| self.reject(head, cause));
             self.detector.scanner.free(head);
-            if let Ok(target) = target {
-                log!(trace, "target at {}", target.centre);
-                self.summary.targets = self.summary.targets.saturating_add(1);
-                return Some(target);
-            }
+            let Ok(target) = target else { continue };
+            log!(trace, "target at {}", target.centre);
+            self.summary.targets = self.summary.targets.saturating_add(1);
+            return Some(target);
         }
     }
 

@@ -17,6 +17,11 @@ const FARTHEST: u32 = 1 << 28;
 /// Bits of a number whose square has no more than 32.
 const HALF: u32 = 16;
 
+/// Bits for distances: points up to 3 units of the ellipse are seen.
+pub(super) const NEAR: u32 = 13;
+/// Bits for what is around: up to 12 units.
+pub(super) const AROUND: u32 = 11;
+
 /// Bits of the gradient that its length does without, where q has `bits`.
 const fn coarse(bits: u32) -> u32 {
     bits + 6
@@ -27,10 +32,10 @@ pub(super) const fn square(distance: f32) -> u32 {
     (distance * distance * SQUARE) as u32
 }
 
-/// An ellipse, as q = L (p - c) on the unit circle.
+/// An ellipse, as q = L (p - c) on the unit circle; q has `BITS` after the point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Gauge {
-    /// 1/256 px.
+pub(super) struct Gauge<const BITS: u32 = NEAR> {
+    /// 1/256 px, less what rounds the difference to it.
     centre: (i32, i32),
     /// p - c has 2^-8 times 2^`coarser` px.
     coarser: u32,
@@ -39,8 +44,6 @@ pub(super) struct Gauge {
     exponent: i32,
     /// Products have this many bits more than q.
     excess: u32,
-    /// q has this many bits after the point.
-    bits: u32,
 }
 
 /// A point as seen from an ellipse.
@@ -56,43 +59,58 @@ pub(super) struct Look {
 }
 
 impl Gauge {
-    /// Bits for distances: points up to 3 units of the ellipse are seen.
-    pub const NEAR: u32 = 13;
-    /// Bits for what is around: up to 12 units.
-    const AROUND: u32 = 11;
-
     /// For distances. `None` if `shape` is no ellipse or too narrow.
     pub fn new(shape: &Shape) -> Option<Self> {
-        Self::with_bits(shape, Self::NEAR)
+        Self::of(shape)
     }
+}
+
+impl Gauge<AROUND> {
+    /// Of [`radius`](Self::radius).
+    pub const UNIT: i32 = 1 << AROUND;
 
     /// For what is around the ellipse.
     pub fn around(shape: &Shape) -> Option<Self> {
-        Self::with_bits(shape, Self::AROUND)
+        Self::of(shape)
     }
 
-    fn with_bits(shape: &Shape, bits: u32) -> Option<Self> {
+    /// Radius of the similar ellipse through a point, with [`UNIT`](Self::UNIT) for the ellipse itself, and by how much it
+    /// changes over 16 px.
+    pub fn radius(&self, look: &Look) -> Option<(i32, i32)> {
+        let Look { u, v, .. } = *look;
+        let radius = root((u * u + v * v) as u32);
+        // The gradient over the radius.
+        let change = (root(look.square_gradient::<AROUND>()) << 17).checked_div(radius)?;
+        let shift = u32::try_from(self.exponent + 13 - (coarse(AROUND) + AROUND) as i32).ok()?;
+        Some((radius as i32, change.checked_shr(shift)? as i32))
+    }
+}
+
+impl<const BITS: u32> Gauge<BITS> {
+    fn of(shape: &Shape) -> Option<Self> {
         let Frame { l0, l1, l2 } = Frame::new(shape)?;
         let exponent = 14 - exponent(l0.max(l1.abs()).max(l2));
         let l = [l0, l1, l2].map(|l| (l * power(exponent)) as i32);
         // Largest coordinates within reach.
         let y = 1.0 / l2;
         let x = (1.0 + l1.abs() * y) / l0;
-        let reach = (REACH >> bits) as f32 * x.max(y);
+        let reach = (REACH >> BITS) as f32 * x.max(y);
         let coarser = (1 + self::exponent(reach) + 8 - 15).max(0);
-        let excess = exponent + 8 - coarser - bits as i32;
-        let place = |c: f32| (c * PX as f32) as i32;
-        let centre = (place(shape.cx), place(shape.cy));
-        let is_far = centre.0.unsigned_abs().max(centre.1.unsigned_abs()) > FARTHEST;
+        let excess = exponent + 8 - coarser - BITS as i32;
+        let [cx, cy] = [shape.cx, shape.cy].map(|c| (c * PX as f32) as i32);
+        let is_far = cx.unsigned_abs().max(cy.unsigned_abs()) > FARTHEST;
         // Also refuses what is infinite.
-        (!is_far && (0..=40).contains(&exponent) && coarser < 16 && (0..31).contains(&excess))
-            .then_some(Self { centre, coarser: coarser as u32, l, exponent, excess: excess as u32, bits })
+        if is_far || !(0..=40).contains(&exponent) || coarser >= 16 || !(0..31).contains(&excess) {
+            return None;
+        }
+        let half = (1 << coarser) >> 1;
+        let centre = (cx - half, cy - half);
+        Some(Self { centre, coarser: coarser as u32, l, exponent, excess: excess as u32 })
     }
 
     /// The place `(x, y)`, 1/256 px, where the ellipse is the unit circle. `None` out of reach.
     fn place(&self, x: i32, y: i32) -> Option<(i32, i32)> {
-        let half = (1 << self.coarser) >> 1;
-        let from = |p: i32, c: i32| ((p - c + half) >> self.coarser).clamp(-MOST, MOST);
+        let from = |p: i32, c: i32| ((p - c) >> self.coarser).clamp(-MOST, MOST);
         let (dx, dy) = (from(x, self.centre.0), from(y, self.centre.1));
         let [l0, l1, l2] = self.l;
         let (u, v) = ((l0 * dx + l1 * dy) >> self.excess, (l2 * dy) >> self.excess);
@@ -101,7 +119,7 @@ impl Gauge {
 
     /// Whether `(x, y)`, 1/256 px, lies within `radius` units of the ellipse.
     pub fn is_within(&self, (x, y): (i32, i32), radius: i32) -> bool {
-        let radius = radius << self.bits;
+        let radius = radius << BITS;
         self.place(x, y).is_some_and(|(u, v)| u * u + v * v < radius * radius)
     }
 
@@ -118,11 +136,11 @@ impl Gauge {
     /// of the major semi-axis together. `None` far away: beyond 2.5 px.
     pub fn square_distance(&self, look: &Look) -> Option<u32> {
         let Look { u, v, .. } = *look;
-        let excess = (u * u + v * v - (1 << (2 * self.bits))).unsigned_abs();
+        let excess = (u * u + v * v - (1 << (2 * BITS))).unsigned_abs();
         // 32 px times the gradient.
-        let shift = u32::try_from((coarse(self.bits) + self.bits) as i32 - 4 - self.exponent).ok()?;
+        let shift = u32::try_from((coarse(BITS) + BITS) as i32 - 4 - self.exponent).ok()?;
         let excess = excess.checked_shr(shift)?;
-        let square = look.square_gradient(self.bits);
+        let square = look.square_gradient::<BITS>();
         // What is not near need not be as precise.
         let (excess, square) =
             if excess >> HALF == 0 { (excess, square) } else { (excess >> 2, square >> 4) };
@@ -136,26 +154,12 @@ impl Gauge {
     pub fn square_distance_of(&self, point: &Point, dark_inside: bool) -> Option<u32> {
         self.square_distance(&self.look(point).filter(|look| look.dark_inside == dark_inside)?)
     }
-
-    /// Radius of the similar ellipse through a point, with [`UNIT`](Self::UNIT) for the ellipse itself, and by how much it
-    /// changes over 16 px.
-    pub fn radius(&self, look: &Look) -> Option<(i32, i32)> {
-        let Look { u, v, .. } = *look;
-        let radius = root((u * u + v * v) as u32);
-        // The gradient over the radius.
-        let change = (root(look.square_gradient(self.bits)) << 17).checked_div(radius)?;
-        let shift = u32::try_from(self.exponent + 13 - (coarse(self.bits) + self.bits) as i32).ok()?;
-        Some((radius as i32, change.checked_shr(shift)? as i32))
-    }
-
-    /// Of [`radius`](Self::radius) where the gauge is for what is around.
-    pub const UNIT: i32 = 1 << Self::AROUND;
 }
 
 impl Look {
-    /// Square of the length of the gradient, in a unit of its own, where q has `bits`.
-    pub fn square_gradient(&self, bits: u32) -> u32 {
-        let side = |side: i32| (side.unsigned_abs() + (1 << (coarse(bits) - 1))) >> coarse(bits);
+    /// Square of the length of the gradient, in a unit of its own, where q has `BITS`.
+    pub fn square_gradient<const BITS: u32>(&self) -> u32 {
+        let side = |side: i32| (side.unsigned_abs() + (1 << (coarse(BITS) - 1))) >> coarse(BITS);
         let (x, y) = (side(self.gradient.0), side(self.gradient.1));
         x * x + y * y
     }

@@ -1,6 +1,6 @@
 //! Crossings as rough points.
 
-use super::gauge::{Gauge, PX};
+use super::gauge::{AROUND, Gauge, PX};
 use crate::scan::{Axis, Crossing, CrossingList, Pool};
 use heapless::Vec;
 
@@ -75,14 +75,13 @@ impl Point {
     }
 }
 
-/// About `most` of the crossings of `list` that are `wanted`, about `origin`.
+/// About `most` of the `count` crossings of `list` that are `wanted`, about `origin`.
 fn chosen(
-    list: CrossingList,
+    (list, count): (CrossingList, usize),
     pool: &Pool<'_>,
     (most, origin): (usize, (u16, u16)),
     wanted: impl Fn(&Crossing) -> bool,
 ) -> impl Iterator<Item = Point> {
-    let count = pool.iter(list).filter(|crossing| wanted(crossing)).count();
     let share = (most as u32 * 0x1_0000).checked_div(count as u32).unwrap_or(0);
     // Multiples of the golden section: even along the list, and never only one side of it, of which a row leaves a
     // crossing in turn.
@@ -93,7 +92,7 @@ fn chosen(
 
 /// As many of the crossings of `list`, about `origin`, as tell whether an ellipse is whole.
 pub(super) fn fewest(list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> impl Iterator<Item = Point> {
-    chosen(list, pool, (FEWEST, origin), |_| true)
+    chosen((list, list.len().into()), pool, (FEWEST, origin), |_| true)
 }
 
 /// Some of an outline's crossings, evenly chosen.
@@ -112,7 +111,7 @@ impl Points {
 
     /// Crossings of `list`, about `origin`, out to `radius` units of the ellipse that `anchor` gauges.
     pub(super) fn around(
-        anchor: &Gauge,
+        anchor: &Gauge<AROUND>,
         radius: i32,
         list: CrossingList,
         pool: &Pool<'_>,
@@ -129,7 +128,8 @@ impl Points {
         wanted: impl Fn(&Crossing) -> bool,
     ) -> Self {
         let mut points = Vec::new();
-        for point in chosen(list, pool, (most, origin), wanted) {
+        let count = pool.iter(list).filter(|crossing| wanted(crossing)).count();
+        for point in chosen((list, count), pool, (most, origin), wanted) {
             let _ = points.push(point);
         }
         Self { points }

@@ -1,13 +1,13 @@
 //! A step of an ellipse towards points near it, in whole numbers: that of [`Adjustment`](crate::fit::Adjustment), without what
 //! it tells of the uncertainty.
 
-use super::gauge::{Gauge, Look};
+use super::gauge::{Look, NEAR};
 use crate::fit::{Factor, Frame, Matrix, Shape};
 
 /// Terms of the conic: (u^2 - v^2, 2 u v, u^2 + v^2, u, v).
 const TERMS: usize = 5;
 /// Bits after the point of u and v, of the terms, and of the conic's value.
-const PLACE: u32 = Gauge::NEAR;
+const PLACE: u32 = NEAR;
 const TERM: u32 = 10;
 const VALUE: u32 = 13;
 /// Points farther than two units from the centre are left out: terms have up to 12 bits, ...
@@ -38,7 +38,7 @@ impl Normals {
         let term = |square: i32| square >> (2 * PLACE - TERM);
         let terms = [term(uu - vv), term(2 * u * v), term(uu + vv), u >> (PLACE - TERM), v >> (PLACE - TERM)];
         let value = (uu + vv - (1 << (2 * PLACE))) >> (2 * PLACE - VALUE);
-        let square = look.square_gradient(PLACE);
+        let square = look.square_gradient::<PLACE>();
         let weight = (WEIGHT + square / 2).checked_div(square).map_or(MOST, |weight| weight.min(MOST)) as i32;
         for (i, row) in self.m.iter_mut().enumerate() {
             let weighted = weight * terms[i];

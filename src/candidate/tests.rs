@@ -79,3 +79,33 @@ fn a_row_of_pixels_has_the_least_semi_axis() {
     let (_, b) = moments_shape(&row).unwrap().semi_axes();
     assert!(b > super::LEAST_SEMI_AXIS && b < 0.6, "{b}");
 }
+
+/// What is alone is told before anyone looks closer, but a circle around which another one closes soon is not alone, and
+/// neither is that one.
+#[test]
+fn only_what_stays_alone_is_refused_as_such() {
+    use crate::reject::Reject;
+    use crate::{Detector, Image, Settings, Storage, TargetSpec};
+    const SIZE: usize = 96;
+    let mut storage = std::boxed::Box::new(Storage::<SIZE, 8, 400>::new());
+    let mut detector = Detector::new(Settings::new(TargetSpec::any()), &mut storage);
+    for shift in 0..8u8 {
+        let at = |x: usize, y: usize, (cx, cy): (f32, f32), radius: f32| {
+            (radius + 0.5 - (x as f32 - cx).hypot(y as f32 - cy)).clamp(0.0, 1.0)
+        };
+        let pixels: std::vec::Vec<u8> = (0..SIZE * SIZE)
+            .map(|i| {
+                let (x, y) = (i % SIZE, i / SIZE);
+                let ring = (30.3, 30.2 + f32::from(shift));
+                let square = (60..66).contains(&x) && (20..26).contains(&y);
+                let ink = at(x, y, ring, 8.0) - at(x, y, ring, 5.0);
+                let ink = ink + at(x, y, (70.0, 60.4), 9.0) + if square { 1.0 } else { 0.0 };
+                (220.0 - 180.0 * ink) as u8
+            })
+            .collect();
+        let image = Image::new(&pixels, SIZE as u16, SIZE as u16).unwrap();
+        let mut found = detector.detect(&image).unwrap();
+        assert_eq!(found.by_ref().count(), 1, "{shift}");
+        assert_eq!(found.summary().rejected.count(Reject::Alone), 2, "{shift}");
+    }
+}

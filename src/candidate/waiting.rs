@@ -34,13 +34,39 @@ impl Waiting {
     /// Takes a closed outline. An error is the reason why it is none of a target; its slot is then still in use.
     pub fn add(&mut self, label: u16, scanner: &mut Scanner<'_>) -> Result<(), Reject> {
         let outline = *scanner.outlines.get(label).ok_or(Reject::BufferFull)?;
+        let alone = outline.is_usable() && self.stays_alone(&outline, scanner);
+        if alone && !broken::is_worth_a_search(&outline, Reject::NotElliptic) {
+            return Err(Reject::Alone);
+        }
         let shape = shape(&outline);
+        if alone && shape.is_ok() {
+            return Err(Reject::Alone);
+        }
         let whole = !ARCS || shape.is_ok_and(|shape| !broken::is_bent(&outline, &shape, &scanner.pool));
         if !whole && self.search(label, &outline, shape.err(), scanner) {
             return Ok(());
         }
         // One that is bent without an arc of another ellipse stays what it is.
         shape.map(|shape| self.insert_ellipse(label, &shape, scanner))
+    }
+
+    /// Whether there is nothing that a closed outline could be concentric with: no open outline around it, none about it that
+    /// has just closed, and none that waits, of which what is only an arc may be anywhere. Most of clutter is told by that
+    /// before anyone looks closer.
+    fn stays_alone(&self, outline: &Outline, scanner: &Scanner<'_>) -> bool {
+        let outlines = &scanner.outlines;
+        let overlaps = |other: &Outline| {
+            other.left < outline.right
+                && outline.left < other.right
+                && other.top <= outline.bottom
+                && outline.top <= other.bottom
+        };
+        let waits = |other: &Outline| other.is_partial() || overlaps(other);
+        let around = |other: &Outline| !other.lossy && other.is_around(outline);
+        let mut open = scanner.last_transitions().iter().map(|transition| transition.label);
+        !(self.labels(outlines).any(|label| outlines.get(label).is_some_and(waits))
+            || outlines.closed().any(|label| outlines.get(label).is_some_and(overlaps))
+            || open.any(|label| outlines.get(label).is_some_and(around)))
     }
 
     /// Takes the arcs of an outline that is no ellipse for `cause`. `false` if there are none or none may be looked for.

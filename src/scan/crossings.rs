@@ -150,13 +150,15 @@ impl CrossingList {
 #[derive(Debug)]
 pub(crate) struct Pool<'s> {
     slots: &'s mut [Crossing],
+    /// Slots used at least once; those above need no list to be free.
     touched: u16,
+    /// First free slot. The last in their list is the first that was never used, or where there is none the end.
     free: u16,
 }
 
 impl<'s> Pool<'s> {
     pub fn new(slots: &'s mut [Crossing]) -> Self {
-        Self { slots, touched: 0, free: NONE }
+        Self { slots, touched: 0, free: 0 }
     }
 
     /// Slots.
@@ -170,27 +172,28 @@ impl<'s> Pool<'s> {
     }
 
     pub fn clear(&mut self) {
-        (self.touched, self.free) = (0, NONE);
+        (self.touched, self.free) = (0, 0);
     }
 
     fn get_mut(&mut self, at: u16) -> Option<&mut Crossing> {
         self.slots.get_mut(usize::from(at))
     }
 
-    /// Appends to `list`. `false` when the pool is full.
-    pub fn push(&mut self, list: &mut CrossingList, crossing: Crossing) -> bool {
-        let at = if self.free != NONE {
-            let at = self.free;
-            self.free = self.get_mut(at).map_or(NONE, |c| c.next);
-            at
-        } else if usize::from(self.touched) < self.slots.len() {
+    /// Whether there is no slot left.
+    pub fn is_full(&self) -> bool {
+        usize::from(self.free) >= self.slots.len()
+    }
+
+    /// Appends a slot to `list`. `None` when the pool is full.
+    #[inline(always)]
+    pub fn push(&mut self, list: &mut CrossingList) -> Option<&mut Crossing> {
+        let at = self.free;
+        let next = self.slots.get(usize::from(at))?.next;
+        if at == self.touched {
             self.touched += 1;
-            self.touched - 1
+            self.free = self.touched;
         } else {
-            return false;
-        };
-        if let Some(slot) = self.get_mut(at) {
-            *slot = crossing;
+            self.free = next;
         }
         if list.len == 0 {
             list.head = at;
@@ -199,7 +202,7 @@ impl<'s> Pool<'s> {
         }
         list.tail = at;
         list.len += 1;
-        true
+        self.get_mut(at)
     }
 
     /// Moves all of `other` to the end of `list`.

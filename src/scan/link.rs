@@ -43,22 +43,42 @@ impl<'a, 's> Linker<'a, 's> {
         self.link(previous, current);
     }
 
+    #[inline(never)]
     fn link(&mut self, previous: &[Transition], current: &mut [Transition]) {
         let (mut i, mut j) = (0, 0);
+        let (mut above, mut here) = (run(previous, 0), run(current, 0));
         loop {
-            let (above, here) = (run(previous, i), run(current, j));
             if above.1 < here.0 {
                 self.end(previous, 2 * i);
                 i += 1;
+                above = run(previous, i);
             } else if here.1 < above.0 {
                 self.begin(current, 2 * j);
                 j += 1;
+                here = run(current, j);
             } else if here == NO_RUN {
                 // Then there is none above either.
                 break;
             } else {
                 self.proceed(previous, 2 * i, current, 2 * j);
-                (i, j) = self.link_connected(previous, current, i, j);
+                // A set of connected runs, to its right end.
+                loop {
+                    let next_above = run(previous, i + 1);
+                    if next_above.0 <= here.1 {
+                        self.end(previous, 2 * i + 1);
+                        (i, above) = (i + 1, next_above);
+                        continue;
+                    }
+                    let next_here = run(current, j + 1);
+                    if next_here.0 <= above.1 {
+                        self.begin(current, 2 * j + 1);
+                        (j, here) = (j + 1, next_here);
+                        continue;
+                    }
+                    self.proceed(previous, 2 * i + 1, current, 2 * j + 1);
+                    (i, above, j, here) = (i + 1, next_above, j + 1, next_here);
+                    break;
+                }
             }
         }
         if self.outlines.any_joined() {
@@ -66,30 +86,6 @@ impl<'a, 's> Linker<'a, 's> {
                 transition.label = self.outlines.root(transition.label);
             }
             self.outlines.free_joined();
-        }
-    }
-
-    /// Follows a set of connected runs, from run `i` above and run `j` here, to its right end. Returns the runs after it.
-    fn link_connected(
-        &mut self,
-        previous: &[Transition],
-        current: &mut [Transition],
-        mut i: usize,
-        mut j: usize,
-    ) -> (usize, usize) {
-        let (mut above, mut here) = (run(previous, i), run(current, j));
-        loop {
-            let (next_above, next_here) = (run(previous, i + 1), run(current, j + 1));
-            if next_above.0 <= here.1 {
-                self.end(previous, 2 * i + 1);
-                (i, above) = (i + 1, next_above);
-            } else if next_here.0 <= above.1 {
-                self.begin(current, 2 * j + 1);
-                (j, here) = (j + 1, next_here);
-            } else {
-                self.proceed(previous, 2 * i + 1, current, 2 * j + 1);
-                return (i + 1, j + 1);
-            }
         }
     }
 
@@ -118,9 +114,7 @@ impl<'a, 's> Linker<'a, 's> {
             let beside = |at: usize| current.get(at).map(|transition| transition.x);
             let before = at.checked_sub(1).and_then(beside).unwrap_or(0);
             let after = beside(at + 1).unwrap_or(self.window.width);
-            if let Some(crossing) = self.window.row_crossing(x, [before, after]) {
-                self.keep(label, crossing);
-            }
+            self.keep_row_crossing(label, x, [before, after]);
         }
         if above != x {
             self.keep_column_crossings(label, above.min(x), above.max(x));
@@ -128,6 +122,7 @@ impl<'a, 's> Linker<'a, 's> {
     }
 
     /// An outline begins with the transitions `at` and `at + 1`.
+    #[inline(never)]
     fn begin(&mut self, current: &mut [Transition], at: usize) {
         let Some([first, second]) = current.get_mut(at..at + 2) else { return };
         let label = self.outlines.open(first.x, self.window.y);
@@ -143,6 +138,7 @@ impl<'a, 's> Linker<'a, 's> {
     }
 
     /// The transitions `at` and `at + 1` of the row above meet.
+    #[inline(never)]
     fn end(&mut self, previous: &[Transition], at: usize) {
         let Some([first, second]) = previous.get(at..at + 2) else { return };
         let (a, b) = (self.outlines.root(first.label), self.outlines.root(second.label));
@@ -181,6 +177,7 @@ impl<'a, 's> Linker<'a, 's> {
         self.bound_cut(a);
     }
 
+    #[inline(always)]
     fn add_transition(&mut self, label: u16, sign: i32, x: u16) {
         let cut = x == 0 || x >= self.window.width || self.window.y == 0;
         if let Some(outline) = self.outlines.get_mut(label) {
@@ -199,6 +196,7 @@ impl<'a, 's> Linker<'a, 's> {
     }
 
     /// An outline that the frame cuts gives up when it has many crossings: it is more often background than a target.
+    #[inline(never)]
     fn bound_cut(&mut self, label: u16) {
         let most = self.pool.capacity() / limits::CUT_SHARE;
         if self.outlines.get(label).is_some_and(|o| o.cut && usize::from(o.crossings.len()) > most) {
@@ -219,32 +217,63 @@ impl<'a, 's> Linker<'a, 's> {
         }
     }
 
+    /// Keeps the crossing before column `x` of this row, with its neighbours before the columns `beside`.
+    // Where the outline was lost in this row, at the frame's border, there is none.
+    #[inline(never)]
+    fn keep_row_crossing(&mut self, label: u16, x: u16, beside: [u16; 2]) {
+        if let Some(crossing) = self.window.row_crossing(x, beside) {
+            self.keep(label, crossing);
+        }
+    }
+
     /// Keeps the crossings between the row above and this one in the columns `from..to`, as long as the outline keeps any.
     fn keep_column_crossings(&mut self, label: u16, from: u16, to: u16) {
         for x in self.window.columns(from, to) {
             if self.outlines.get(label).is_none_or(|outline| outline.lossy) {
                 return;
             }
-            if let Some(crossing) = self.window.column_crossing(x) {
-                self.keep(label, crossing);
-            }
+            self.keep_column_crossing(label, x);
         }
     }
 
+    #[inline(never)]
+    fn keep_column_crossing(&mut self, label: u16, x: u16) {
+        if let Some(crossing) = self.window.column_crossing(x) {
+            self.keep(label, crossing);
+        }
+    }
+
+    /// Keeps a crossing of an outline of which nothing is lost.
+    #[inline(always)]
     fn keep(&mut self, label: u16, crossing: Crossing) {
+        let Some(outline) = self.outlines.get_mut(label) else { return };
+        let is_cut = outline.cut;
+        let slot = match self.pool.push(&mut outline.crossings) {
+            Some(slot) => slot,
+            None => match self.push_in_full(label) {
+                Some(slot) => slot,
+                None => return,
+            },
+        };
+        *slot = crossing;
+        if is_cut {
+            self.bound_cut(label);
+        }
+    }
+
+    /// A slot for a crossing of outline `label` where the pool is full. `None` if that gives up for it.
+    #[cold]
+    fn push_in_full(&mut self, label: u16) -> Option<&mut Crossing> {
         while let Some(outline) = self.outlines.get_mut(label).filter(|outline| !outline.lossy) {
-            if self.pool.push(&mut outline.crossings, crossing) {
-                if outline.cut {
-                    self.bound_cut(label);
-                }
-                return;
+            if !self.pool.is_full() {
+                return self.pool.push(&mut outline.crossings);
             }
             self.make_room(label);
         }
+        None
     }
 
     /// Gives up an outline for the crossings of outline `label`.
-    #[cold]
     fn make_room(&mut self, label: u16) {
         // A target that the frame cuts is worth less than a whole one.
         if let Some(cut) = self.outlines.largest(|o| o.cut) {

@@ -186,6 +186,11 @@ impl Outline {
         self.width().min(self.height()) < limits::MIN_EXTENT
     }
 
+    /// Whether nothing of it is missing and it is large enough.
+    pub fn is_usable(&self) -> bool {
+        !self.cut && !self.lossy && !self.is_small()
+    }
+
     /// Whether it closes when so many ends meet.
     pub fn closes(&self, ends: u16) -> bool {
         self.ends <= ends
@@ -349,6 +354,16 @@ impl<'s> Outlines<'s> {
             self.joined = self.get(label).map_or(NONE, |o| o.next);
             self.free(label);
         }
+    }
+
+    /// The outlines that have closed and were not taken.
+    pub fn closed(&self) -> impl Iterator<Item = u16> {
+        let (mut at, last) = self.closed;
+        core::iter::from_fn(move || {
+            let label = at;
+            at = if label == last { NONE } else { self.get(label)?.next };
+            (label != NONE).then_some(label)
+        })
     }
 
     /// The next of the outlines that have closed, in the order of their closing.

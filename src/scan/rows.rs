@@ -17,11 +17,14 @@ pub(crate) struct Rows<'s> {
     width: u16,
     height: u16,
     pushed: u16,
+    /// Words of a row, and where the next one goes.
+    stride: usize,
+    next: usize,
 }
 
 impl<'s> Rows<'s> {
     pub fn new(data: &'s mut [u32]) -> Self {
-        Self { data, width: 0, height: 0, pushed: 0 }
+        Self { data, width: 0, height: 0, pushed: 0, stride: 0, next: 0 }
     }
 
     pub fn capacity(&self) -> usize {
@@ -30,6 +33,7 @@ impl<'s> Rows<'s> {
 
     pub fn begin(&mut self, width: u16, height: u16) {
         (self.width, self.height, self.pushed) = (width, height, 0);
+        (self.stride, self.next) = (usize::from(width).div_ceil(STRIP) * WORDS, 0);
     }
 
     pub fn width(&self) -> u16 {
@@ -52,13 +56,20 @@ impl<'s> Rows<'s> {
 
     /// Counts a row whose pixels nobody looks at.
     pub fn skip(&mut self) {
+        self.advance();
+    }
+
+    /// Counts a row; gives its place.
+    fn advance(&mut self) -> core::ops::Range<usize> {
+        let place = self.next..self.next + self.stride;
         self.pushed += 1;
+        self.next = if place.end == KEPT_ROWS * self.stride { 0 } else { place.end };
+        place
     }
 
     pub fn push(&mut self, row: &[u8]) {
-        let slot = self.slot(self.pushed);
-        self.pushed += 1;
-        let Some(kept) = self.data.get_mut(slot) else { return };
+        let place = self.advance();
+        let Some(kept) = self.data.get_mut(place) else { return };
         // A row that begins at a word is copied by words.
         if let Ok(words) = bytemuck::try_cast_slice::<u8, Line>(row) {
             copy(kept.as_chunks_mut().0, words);
@@ -91,9 +102,8 @@ impl<'s> Rows<'s> {
     }
 
     fn slot(&self, y: u16) -> core::ops::Range<usize> {
-        let stride = usize::from(self.width).div_ceil(STRIP) * WORDS;
-        let first = usize::from(y) % KEPT_ROWS * stride;
-        first..first + stride
+        let first = usize::from(y) % KEPT_ROWS * self.stride;
+        first..first + self.stride
     }
 }
 

@@ -10,18 +10,21 @@ pub(super) const REACH: u16 = 4;
 /// Largest change of level across a crossing's axis in quarters of that along it: room for noise, because at equality
 /// either axis is as good.
 const MAX_ACROSS: i32 = 5;
-/// Rows, those that are kept and some without pixels.
-const ROWS: usize = KEPT_ROWS.next_power_of_two();
 /// Most rows on either side for a stretch on a column.
-const FAR_ROWS: u16 = 4;
+const FAR_ROWS: usize = 4;
+/// Rows for the stretches above and below, and the near ones between them.
+const ABOUT: usize = FAR_ROWS + NEAR + FAR_ROWS;
+/// Rows that are kept, and those without pixels above and below of which stretches are told to keep off.
+const ROWS: usize = KEPT_ROWS + 2 * (FAR_ROWS - 1);
 
 /// The rows about one of a block.
 pub(super) struct Window<'a> {
-    /// From [`REACH`] above the block on; the nearest where there are none. A power of two of them is looked up without a
-    /// check.
+    /// From [`REACH`] above the block on, the nearest where there are none; before and after them some without pixels.
     rows: [&'a [u8]; ROWS],
     pub width: u16,
     pub height: u16,
+    /// Columns of the rows, with those that pad them.
+    padded: u16,
     /// Smallest difference between the two sides' pairs of samples: less is no edge, but the border of two cells'
     /// thresholds.
     min_step: i32,
@@ -31,8 +34,8 @@ pub(super) struct Window<'a> {
     first: u16,
     /// The row in work.
     pub y: u16,
-    /// The rows `y - 3` to `y + 2`.
-    near: [&'a [u8]; NEAR],
+    /// The same from the first of the block on.
+    row: usize,
     /// Pixels of the stretches above and below on a column, as many as there are rows for; 0 where rows are missing even for
     /// the near samples.
     far: [u16; 2],
@@ -42,18 +45,21 @@ impl<'a> Window<'a> {
     /// About the block of rows from `first` on, where the smallest contrast of an edge is `min_contrast`.
     pub fn new(rows: &'a Rows<'_>, first: u16, min_contrast: u8) -> Self {
         let mut all: [&[u8]; ROWS] = [&[]; ROWS];
-        for (place, row) in all.iter_mut().zip(rows.rows_after(i32::from(first) - i32::from(REACH))) {
+        let kept = rows.rows_after(i32::from(first) - i32::from(REACH));
+        let padded = kept[0].len() as u16;
+        for (place, row) in all.iter_mut().skip(FAR_ROWS - 1).zip(kept) {
             *place = row;
         }
         Self {
             rows: all,
             width: rows.width(),
             height: rows.height(),
+            padded,
             min_step: i32::from(min_contrast) / 2,
             pushed: rows.pushed(),
             first,
             y: first,
-            near: [&[]; NEAR],
+            row: 0,
             far: [0; 2],
         }
     }
@@ -61,29 +67,35 @@ impl<'a> Window<'a> {
     /// Moves to row `y` of the block, or to the one below the frame.
     pub fn move_to(&mut self, y: u16) {
         self.y = y;
-        let row = usize::from(y - self.first);
-        if let Some(near) = self.rows.get(row + 1..).and_then(<[_]>::first_chunk) {
-            self.near = *near;
-        }
+        self.row = usize::from(y - self.first);
         self.far = if y < REACH || y + REACH > self.height {
             [0; 2]
         } else {
             let above = (y - self.first + 1).min(y - REACH + 1);
             let below = self.pushed.saturating_sub(y + REACH - 1);
             let below = below.min(KEPT_ROWS as u16 - (y - self.first) - (2 * REACH - 1));
-            [above, below].map(|rows| 1 << log_length(rows.min(FAR_ROWS).into()))
+            [above, below].map(|rows| 1 << log_length(rows.min(FAR_ROWS as u16).into()))
         };
     }
 
+    /// The rows about this one: those of the stretch above from the farthest on, the near ones `y - 3` to `y + 2`, those of the
+    /// stretch below.
+    #[inline(always)]
+    fn about(&self) -> Option<&[&'a [u8]; ABOUT]> {
+        self.rows.get(self.row..)?.first_chunk()
+    }
+
     /// The crossing before column `x` of this row; its neighbours are before the columns `before` and `after`.
+    #[inline(always)]
     pub fn row_crossing(&self, x: u16, [before, after]: [u16; 2]) -> Option<Crossing> {
         if x < REACH || x + REACH > self.width {
             return None;
         }
-        let [_, _, above, row, below, _] = self.near;
-        let near = from_column(row, x - 3)?;
+        let [_, _, _, _, _, _, above, row, below, ..] = self.about()?;
+        // One by one: a copy of so few bytes would be a call.
+        let near = from_column(row, x - 3)?.map(|level| level);
         let ([a, b], [c, d]) = (from_column(above, x - 1)?, from_column(below, x - 1)?);
-        if !self.is_edge(near, [*a, *b, *c, *d]) {
+        if !self.is_edge(&near, [*a, *b, *c, *d]) {
             return None;
         }
         // As far from the next crossing as from this one.
@@ -97,50 +109,50 @@ impl<'a> Window<'a> {
         let levels = row.get(right..right + (1 << log))?;
         let (nearest, farthest) = (*levels.first()?, *levels.last()?);
         let after = Stretch::of(levels, log).unless_clipped(nearest, farthest);
-        Some(Crossing::new(Axis::Row, (x, self.y), *near, [before, after]))
+        Some(Crossing::new(Axis::Row, (x, self.y), near, [before, after]))
     }
 
     /// The columns of `from..to` that have neighbours, if there are rows enough about this one.
     pub fn columns(&self, from: u16, to: u16) -> Range<u16> {
-        let [row, ..] = self.near;
-        if self.far == [0; 2] || usize::from(to) >= row.len() { 0..0 } else { from.max(1)..to }
+        if self.far == [0; 2] || to >= self.padded { 0..0 } else { from.max(1)..to }
     }
 
     /// The crossing between the row above and this one in column `x`, one of [`columns`](Self::columns).
+    #[inline(always)]
     pub fn column_crossing(&self, x: u16) -> Option<Crossing> {
-        let [above, below] = self.far;
-        let [r0, r1, r2, r3, r4, r5] = self.near;
+        let [above @ .., r0, r1, r2, r3, r4, r5, b0, b1, b2, b3] = self.about()?;
         let ([a, n2, c], [b, n3, d]) = (from_column(r2, x - 1)?, from_column(r3, x - 1)?);
         let level = |row: &[u8]| row.get(usize::from(x)).copied();
         let near = [level(r0)?, level(r1)?, *n2, *n3, level(r4)?, level(r5)?];
         if !self.is_edge(&near, [*a, *b, *c, *d]) {
             return None;
         }
-        let row = usize::from(self.y - self.first);
-        let below_near = row + usize::from(2 * REACH - 1);
+        let [a3, a2, a1, a0] = above;
+        let [most_above, most_below] = self.far;
         let far = [
-            self.column_stretch(usize::from(x), |i| row.wrapping_sub(i), above),
-            self.column_stretch(usize::from(x), |i| below_near + i, below),
+            self.column_stretch(x, [a0, a1, a2, a3], most_above),
+            self.column_stretch(x, [b0, b1, b2, b3], most_below),
         ];
         Some(Crossing::new(Axis::Column, (x, self.y), near, far))
     }
 
-    /// The stretch in column `x` of the rows that `number` numbers from the nearest on, `most` of them, as far as its levels
-    /// are those of an even surface.
+    /// The stretch in column `x` of `rows`, the nearest first, `most` of them, as far as its levels are those of an even
+    /// surface.
     #[inline(always)]
-    fn column_stretch(&self, x: usize, number: impl Fn(usize) -> usize, most: u16) -> Stretch {
-        let level = |i: usize| self.rows[number(i) % ROWS].get(x).copied().unwrap_or(0);
-        let nearest = level(0);
+    fn column_stretch(&self, x: u16, rows: [&[u8]; FAR_ROWS], most: u16) -> Stretch {
+        let [nearest, second, third, fourth] =
+            rows.map(|row| move || row.get(usize::from(x)).copied().unwrap_or(0));
+        let nearest = nearest();
         let even = |level: u8| i32::from(level.abs_diff(nearest)) < self.min_step;
         if most < 2 {
             return Stretch::of(&[nearest], 0);
         }
-        let second = level(1);
+        let second = second();
         if !even(second) {
             return Stretch::of(&[nearest], 0);
         }
         if most >= 4 {
-            let (third, fourth) = (level(2), level(3));
+            let (third, fourth) = (third(), fourth());
             if even(third) && even(fourth) {
                 return Stretch::of(&[nearest, second, third, fourth], 2).unless_clipped(nearest, fourth);
             }
@@ -150,6 +162,7 @@ impl<'a> Window<'a> {
 
     /// Whether the levels change enough along a crossing's axis, and across it not clearly more: then the other axis is
     /// the better one.
+    #[inline(always)]
     fn is_edge(&self, near: &[u8; NEAR], across: [u8; 4]) -> bool {
         let difference = |[a, b, c, d]: [i32; 4]| (c + d - a - b).abs();
         let [_, a, b, c, d, _] = near.map(i32::from);

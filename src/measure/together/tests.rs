@@ -142,7 +142,7 @@ fn solve(arcs: &[Vec<Point>; 2]) -> (Together, (f64, f64)) {
             let mut crossing = Crossing::new(point.axis, (x, y), [0; 6], [Stretch::of(&[0], 0); 2]);
             let offset = (256.0 * point.offset).round() as i16;
             crossing.place(Some(EdgePoint { offset, excess: point.excess, misfit: 0 }));
-            assert!(pool.push(&mut list, crossing));
+            *pool.push(&mut list).unwrap() = crossing;
         }
         let mut outline = Outline::ZERO;
         (outline.crossings, outline.partial) = (list, true);
