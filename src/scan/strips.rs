@@ -309,10 +309,10 @@ impl<'s> Strips<'s> {
             columns.extremes = [column(i.checked_sub(1)), column(Some(i)), column(Some(i + 1))];
         }
         columns.at = i + 1;
-        let [low, high] = columns.about();
-        let contrast = self.noise.contrast;
+        let about = columns.about();
+        let (contrast, targets) = (self.noise.contrast, self.targets);
         let Some(strip) = self.all_mut().get_mut(i) else { return [0; BLOCK_ROWS] };
-        let thresholds = thresholds(strip[THRESHOLDS], low, high, contrast);
+        let thresholds = thresholds(strip[THRESHOLDS], about, contrast, targets);
         strip[THRESHOLDS] = thresholds;
         let from = thresholds.to_le_bytes().map(|threshold| TOP - u32::from(threshold) * ONES);
         let dark = lines.map(|line| line.map_or(0, |line| kernel::dark(line, &from)));
