@@ -11,6 +11,7 @@ use std::sync::LazyLock;
 use concentric::Flags;
 use concentric_host::accuracy::{
     bound::per_coordinate,
+    cell::Cell,
     csv,
     goals::goals,
     grid::Extent,
@@ -23,6 +24,8 @@ use concentric_host::accuracy::{
 };
 use indicatif::ProgressBar;
 
+/// Least share of targets at the end of the range that are found, per cent.
+const LEAST_FOUND: usize = 97;
 /// Shown by the README.
 const SHOWN: &str = "bound.svg";
 
@@ -32,6 +35,27 @@ static STUDY: LazyLock<Study> = LazyLock::new(|| {
         run(&extent.cells(), extent.frames(), &ProgressBar::hidden()).expect("the grid can be rendered");
     Study { frames: extent.frames(), outcomes }
 });
+
+/// Small, dim, blurred and noisy, all at the end of the range: nearly all are found.
+#[test]
+fn targets_at_the_end_of_the_range_are_found() {
+    let end = Cell { psf: 1.5, contrast: 40.0, noise: 3.0, ..Cell::default() };
+    let cells = [
+        Cell { radius: 10.0, tilt: 0.0, ..end.clone() },
+        Cell { radius: 16.0, tilt: 60.0, ..end.clone() },
+        Cell { radius: 10.0, tilt: 0.0, psf: 0.4, shading: 0.3, ..end },
+    ];
+    assert!(cells.iter().all(Cell::in_range));
+    for outcome in run(&cells, 200, &ProgressBar::hidden()).expect("cells can be rendered") {
+        let main = index(MAIN).expect("a method");
+        let (frames, found) =
+            (outcome.samples().count(), outcome.samples().filter(|s| s.estimates[main].is_some()));
+        let (found, name) = (found.count(), outcome.cell.label());
+        println!("{name}: {found} of {frames} found");
+        assert!(100 * found >= LEAST_FOUND * frames, "{name}: {found} of {frames}");
+        assert_eq!(outcome.wrong(), 0, "{name}");
+    }
+}
 
 fn compare(name: &str, text: &str) {
     golden::compare(&format!("accuracy/{name}"), text, "accuracy");

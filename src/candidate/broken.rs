@@ -14,6 +14,8 @@ const MAX_ARCS: usize = 4;
 const MAX_ANCHORS: usize = 4;
 /// Most open outlines that are searched for what is around a waiting one.
 const MAX_OPEN: usize = 3;
+/// An outline is whole though noise bends it if an arc leaves no more than one crossing for so many that it takes.
+const LEFT: u16 = 10;
 /// Fewest crossings of an outline in which any arc is looked for, and in which one concentric with a known circle is.
 const MIN_CROSSINGS: u16 = 20;
 const MIN_CROSSINGS_AROUND: u16 = 12;
@@ -45,8 +47,8 @@ pub(super) fn is_bent(outline: &Outline, shape: &Shape, pool: &Pool<'_>) -> bool
 }
 
 /// Takes the arcs of the outline as outlines of their own, the first in its slot. `false`, and the outline is as it was, if
-/// there are none.
-pub(super) fn add(label: u16, waiting: &mut Waiting, scanner: &mut Scanner<'_>) -> bool {
+/// there are none, or if nothing else is left of one that is an ellipse.
+pub(super) fn add(label: u16, is_ellipse: bool, waiting: &mut Waiting, scanner: &mut Scanner<'_>) -> bool {
     let Some(outline) = scanner.outlines.get_mut(label) else { return false };
     let mut list = core::mem::replace(&mut outline.crossings, CrossingList::EMPTY);
     let outline = *outline;
@@ -55,7 +57,12 @@ pub(super) fn add(label: u16, waiting: &mut Waiting, scanner: &mut Scanner<'_>) 
     let (mut found, mut slot) = (0, label);
     let mut placed = Vec::<(Arc, CrossingList, u16), MAX_ARCS>::new();
     while found < MAX_ARCS {
-        let Some((arc, taken)) = next_arc(&mut list, &anchors, found == 0, about, scanner) else { break };
+        let Some((arc, mut taken)) = next_arc(&mut list, &anchors, found == 0, about, scanner) else { break };
+        if is_ellipse && found == 0 && LEFT * list.len() <= taken.len() {
+            scanner.pool.append(&mut taken, list);
+            list = taken;
+            break;
+        }
         found += 1;
         let joined = join(&arc, taken, about, waiting, scanner);
         let _ = anchors.push(joined.unwrap_or(arc));

@@ -86,7 +86,7 @@ impl Waiting {
             return false;
         }
         self.searches -= 1;
-        broken::add(label, self, scanner)
+        broken::add(label, cause.is_none(), self, scanner)
     }
 
     /// Whether arcs may be looked for.

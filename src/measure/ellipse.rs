@@ -1,5 +1,6 @@
 //! One edge: its edge points to an ellipse.
 
+use super::Light;
 use super::origin::Origin;
 use super::sectors::{PARTS, PLACES, SectorLight, Sectors};
 use crate::abilities::ARCS;
@@ -90,6 +91,11 @@ impl<'a, 'p> Source<'a, 'p> {
         1.0 + f32::from(points) / PLACES as f32 * (unexplained + moved * moved * light / square)
     }
 
+    /// Variance of an edge point, px^2, that the noise explains.
+    pub fn edge_variance(&self) -> f32 {
+        Light::edge_variance(1.0, self.calm, self.blur)
+    }
+
     fn all(&self, k: usize) -> impl Iterator<Item = &'a Crossing> + Clone + use<'a, 'p> {
         self.pool.iter(self.edges.get(k).map_or(CrossingList::EMPTY, |edge| edge.crossings))
     }
@@ -133,14 +139,14 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
     }
     let Step { adjusted, seen, .. } = step;
     let gap = seen.closed(minor).longest_gap();
-    judge(&adjusted, gap, false)?;
+    judge(&adjusted, gap, false, source.edge_variance())?;
     let adjusted = adjusted.with_variance(source.excess(adjusted.points, adjusted.rms, light));
     let Edge { dark_inside, partial, cut, .. } = *edge;
     Ok(Fitted { adjusted, edge: k, dark_inside, partial, cut, gap, ratio: 1.0, measured_ratio: 1.0 })
 }
 
-/// Whether what is seen of an ellipse makes it one.
-pub(super) fn judge(adjusted: &Adjusted, gap: u32, together: bool) -> Result<(), Reject> {
+/// Whether what is seen of an ellipse makes it one. The noise explains a variance of `explained` px^2 of its points.
+pub(super) fn judge(adjusted: &Adjusted, gap: u32, together: bool, explained: f32) -> Result<(), Reject> {
     if gap > if together { limits::MAX_GAP_TOGETHER } else { limits::MAX_GAP } {
         return Err(Reject::OpenOutline);
     }
@@ -152,11 +158,8 @@ pub(super) fn judge(adjusted: &Adjusted, gap: u32, together: bool) -> Result<(),
     }
     let share = if together { limits::PARTIAL_RMS } else { 1.0 };
     // Also refuses NaN.
-    if adjusted.rms <= share * (limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b) {
-        Ok(())
-    } else {
-        Err(Reject::NotElliptic)
-    }
+    let most = share * (limits::MAX_RMS + limits::MAX_RMS_PER_AXIS * b);
+    if adjusted.rms * adjusted.rms <= most * most + explained { Ok(()) } else { Err(Reject::NotElliptic) }
 }
 
 /// A first ellipse of an edge of which only arcs are seen: that of [`rough`](super::together::rough), unless a lens bends it. What is

@@ -90,7 +90,7 @@ pub(super) fn together(
         };
         // The others were judged by themselves.
         if circle.partial {
-            judge(&circle.adjusted, circle.gap, true)?;
+            judge(&circle.adjusted, circle.gap, true, source.edge_variance())?;
         }
         let _ = all.push(circle);
         if let Some(adjusted) = alone(source, arcs.edge, shape, (fit.limit, arcs.used)) {

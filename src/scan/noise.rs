@@ -27,9 +27,9 @@ impl Noise {
     pub const NONE: Self =
         Self { ranges: [0; RANGES], count: 0, figure: 0, contrast: limits::MIN_CONTRAST.div_ceil(2) };
 
-    /// Adds the cells of a strip.
-    pub fn add(&mut self, [low, high]: Extremes) {
-        for range in (high - low).to_le_bytes() {
+    /// Adds the first `cells` of a strip.
+    pub fn add(&mut self, [low, high]: Extremes, cells: usize) {
+        for range in (high - low).to_le_bytes().into_iter().take(cells) {
             if let Some(count) = self.ranges.get_mut(usize::from(range)) {
                 *count += 1;
             }
@@ -37,9 +37,9 @@ impl Noise {
         }
     }
 
-    /// Adds those of a strip's cells in which there is no edge: noise, and light that changes slowly.
-    pub fn add_flat(&mut self, [low, high]: Extremes) {
-        for range in (high - low).to_le_bytes() {
+    /// Adds those of the first `cells` of a strip in which there is no edge: noise, and light that changes slowly.
+    pub fn add_flat(&mut self, [low, high]: Extremes, cells: usize) {
+        for range in (high - low).to_le_bytes().into_iter().take(cells) {
             if range < self.contrast
                 && let Some(count) = self.ranges.get_mut(usize::from(range))
             {

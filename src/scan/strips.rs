@@ -18,6 +18,7 @@ use crate::region::Regions;
 use crate::settings::Polarity;
 
 mod calm;
+mod figure;
 mod given;
 mod inside;
 #[cfg(test)]
@@ -25,6 +26,7 @@ mod tests;
 mod threshold;
 
 use calm::calm;
+use figure::{cells, is_crowded};
 use threshold::{Columns, column, thresholds};
 
 /// Width of a strip, px.
@@ -170,12 +172,11 @@ impl<'s> Strips<'s> {
             }
             self.leave();
         }
+        let frame = rows.width();
         let first = self.blocks * BLOCK_ROWS as u16;
         let [a, b] = SAMPLED.map(|row| rows.lines(first + row));
         if self.blocks == 0 && is_whole {
-            self.noise = Noise::NONE;
-            a.iter().zip(b).for_each(|(a, b)| self.noise.add(kernel::extremes(a, b)));
-            self.noise.settle();
+            self.look_at_first(rows);
         }
         let contrast = self.noise.contrast;
         let width = u32::from(contrast) * ONES;
@@ -183,7 +184,7 @@ impl<'s> Strips<'s> {
         if self.blocks.is_multiple_of(CHOSEN_BLOCKS) && is_whole {
             let chosen = usize::from(self.blocks) * CHOSEN_STEP % self.count.max(1);
             if let (Some(a), Some(b)) = (a.get(chosen), b.get(chosen)) {
-                self.noise.add(kernel::extremes(a, b));
+                self.noise.add(kernel::extremes(a, b), cells(chosen, frame));
             }
         }
         // Most blocks have none, and it is large.
@@ -214,15 +215,13 @@ impl<'s> Strips<'s> {
             inside.start += 1;
             age(strip);
             let extremes = kernel::extremes(a, b);
-            restless.get_or_insert(Noise::NONE).add(extremes);
+            restless.get_or_insert(Noise::NONE).add(extremes, cells(i, frame));
             if is_whole {
-                noise.add_flat(extremes);
+                noise.add_flat(extremes, cells(i, frame));
             }
             take(strip, extremes, contrast);
         }
-        // Where nearly all are restless it is for the noise.
-        let crowded =
-            restless.filter(|restless| is_whole && 2 * usize::from(restless.count) >= 7 * self.count);
+        let crowded = restless.filter(|restless| is_whole && is_crowded(restless, frame));
         if let Some(restless) = crowded.filter(|_| self.blocks > 0) {
             self.noise.replace(&restless);
         }
@@ -310,10 +309,10 @@ impl<'s> Strips<'s> {
             columns.extremes = [column(i.checked_sub(1)), column(Some(i)), column(Some(i + 1))];
         }
         columns.at = i + 1;
-        let [low, high] = columns.about();
-        let contrast = self.noise.contrast;
+        let about = columns.about();
+        let (contrast, targets) = (self.noise.contrast, self.targets);
         let Some(strip) = self.all_mut().get_mut(i) else { return [0; BLOCK_ROWS] };
-        let thresholds = thresholds(strip[THRESHOLDS], low, high, contrast);
+        let thresholds = thresholds(strip[THRESHOLDS], about, contrast, targets);
         strip[THRESHOLDS] = thresholds;
         let from = thresholds.to_le_bytes().map(|threshold| TOP - u32::from(threshold) * ONES);
         let dark = lines.map(|line| line.map_or(0, |line| kernel::dark(line, &from)));

@@ -100,3 +100,24 @@ fn each_pixel(strips: &Strips<'_>, width: usize, mut look: impl FnMut(usize, usi
         }
     }
 }
+
+/// Flat surroundings at whose level a threshold is left, as noise in uneven light leaves it, are paper; what is clearly beyond it
+/// keeps its side.
+#[test]
+fn what_is_at_the_threshold_is_paper() {
+    let about = [100 * kernel::ONES, 104 * kernel::ONES];
+    for (held, sides) in
+        [(97, [false, false]), (99, [false, true]), (105, [false, true]), (107, [true, true])]
+    {
+        let is_dark = [Polarity::Dark, Polarity::Light].map(|targets| {
+            let thresholds = threshold::thresholds(held * kernel::ONES, about, 16, targets).to_le_bytes();
+            assert!(
+                thresholds
+                    .iter()
+                    .all(|&threshold| threshold == thresholds[0] && !(92..=112).contains(&threshold))
+            );
+            thresholds[0] > 104
+        });
+        assert_eq!(is_dark, sides, "{held}");
+    }
+}

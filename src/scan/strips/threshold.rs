@@ -2,6 +2,10 @@
 
 use super::super::kernel::{self, MOST, ONES, TOP};
 use super::{Extremes, NOTHING, Strip};
+use crate::settings::Polarity;
+
+/// Share of the least contrast by which noise may put flat surroundings on the wrong side of a threshold.
+const DOUBT: u8 = 4;
 
 /// The extremes of three blocks.
 pub(super) fn column(strip: &Strip) -> Extremes {
@@ -29,17 +33,27 @@ impl Columns {
 }
 
 /// The middle between `low` and `high`, or in flat surroundings the threshold `held`, kept at a distance from them on the
-/// side where it is; all for four cells.
-pub(super) fn thresholds(held: u32, low: u32, high: u32, contrast: u8) -> u32 {
+/// side where it is; all for four cells. What is so near to it that noise may have put it on either side is taken for the paper of
+/// `targets`.
+pub(super) fn thresholds(held: u32, [low, high]: Extremes, contrast: u8, targets: Polarity) -> u32 {
+    let doubt = u32::from(contrast / DOUBT) * ONES;
     let contrast = u32::from(contrast) * ONES;
     // All sums and differences stay within their bytes.
     let middle = (low + high + ONES) >> 1 & MOST;
     let distance = kernel::max((middle >> 3) & (0x0f * ONES), (contrast >> 1) & MOST);
     let above = middle + distance;
     let above = kernel::select(kernel::spread(above), MOST, above & MOST);
-    let below = (middle | TOP) - distance;
-    let below = below & kernel::spread(below);
-    let (up, down) = (kernel::max(held, above), kernel::min(held, below));
-    let kept = kernel::select(kernel::at_least(middle, held), down, up);
+    let (up, down) = (kernel::max(held, above), kernel::min(held, less(middle, distance)));
+    let is_light = match targets {
+        Polarity::Dark => kernel::at_least(middle, less(held, doubt)),
+        Polarity::Light => kernel::at_least(less(middle, doubt), held),
+    };
+    let kept = kernel::select(is_light, down, up);
     kernel::select(kernel::at_least(high - low, contrast), middle, kept)
+}
+
+/// `a` less `b` in each byte, both below 0x80, or 0 where `b` is larger.
+fn less(a: u32, b: u32) -> u32 {
+    let rest = (a | TOP) - b;
+    rest & kernel::spread(rest)
 }
