@@ -41,17 +41,27 @@ pub(crate) fn round(x: f32) -> i32 {
     (x + HALF.copysign(x)) as i32
 }
 
-/// Functions good to about 1 %: for gates and sectors, never for a measured value.
+/// Functions good to about 1 %: for where to look, never for a measured value.
 pub(crate) mod approx {
-    /// Angle of `(x, y)`, radians, wrong by at most 0.0028.
-    pub(crate) fn atan2(y: f32, x: f32) -> f32 {
-        micromath::F32(y).atan2(micromath::F32(x)).0
+    /// (sin, cos) of radians, wrong by at most 0.002.
+    pub(crate) fn sincos(x: f32) -> (f32, f32) {
+        (micromath::F32(x).sin().0, micromath::F32(x).cos().0)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn approximations_are_as_good_as_told() {
+        let worst = (0..10_000).fold(0.0f32, |worst, i| {
+            let x = i as f32 * 1e-3;
+            let ((s, c), (sin, cos)) = (approx::sincos(x), sincos(x));
+            worst.max((s - sin).abs()).max((c - cos).abs())
+        });
+        assert!(worst < 0.002, "{worst}");
+    }
 
     #[test]
     fn rounds_as_libm() {

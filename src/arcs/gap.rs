@@ -1,5 +1,6 @@
 //! Whether anything lies in the gap of an open ring.
 
+use super::points::Point;
 use super::{Arc, expected_crossings};
 use crate::fit::{Factor, Matrix, Spread};
 use crate::scan::{Crossing, CrossingList, Pool};
@@ -34,7 +35,7 @@ pub(crate) fn shows_paper(
     }
     let scale = 1.0 / outer.shape.semi_axes().0;
     let place = |crossing: &Crossing| {
-        let (x, y) = super::place(crossing, origin);
+        let (x, y) = Point::new(crossing, origin).place();
         [1.0, (x - outer.shape.cx) * scale, (y - outer.shape.cy) * scale]
     };
     let crossings = || circles.iter().flat_map(|(_, list)| pool.iter(*list));
@@ -42,7 +43,7 @@ pub(crate) fn shows_paper(
     let limit = SAME * paper.contrast + SAME_SIGMAS * paper.sigma;
     let (mut agree, mut ends) = (0u16, 0u16);
     for crossing in pool.iter(rest) {
-        let (x, y) = super::place(crossing, origin);
+        let (x, y) = Point::new(crossing, origin).place();
         let beside = |arc: &Arc| arc.shape.distance(x, y).unwrap_or(f32::NEG_INFINITY);
         if beside(outer) < -CLEAR && beside(inner) > CLEAR {
             agree += u16::from(paper.excess(place(crossing), crossing).abs() < limit);

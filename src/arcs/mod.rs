@@ -145,9 +145,10 @@ pub(crate) fn take(
     Some(taken)
 }
 
-/// Where the edge passes a crossing about `origin`, px, by linear interpolation.
-pub(crate) fn place(crossing: &Crossing, origin: (u16, u16)) -> (f32, f32) {
-    Point::new(crossing, origin).place()
+/// Where the edge passes a crossing about `origin`, 1/256 px, by linear interpolation.
+pub(crate) fn place(crossing: &Crossing, origin: (u16, u16)) -> (i32, i32) {
+    let Point { x, y, .. } = Point::new(crossing, origin);
+    (x, y)
 }
 
 /// Share of some of the crossings that are not near the arc's ellipse. Where half of them are far from it noise or blur spreads

@@ -163,9 +163,7 @@ fn steps_are_those_of_floats() {
         for place in &places {
             let point = point(*place);
             normals.add(&gauge.look(&point).unwrap());
-            let (x, y) = point.place();
-            let view = adjustment.view(x, y);
-            adjustment.add(&view);
+            adjustment.add_point((point.x as f32 / 256.0, point.y as f32 / 256.0));
         }
         let (Some(found), Some(exact)) = (normals.step(&start), adjustment.finish()) else { continue };
         // Where the arc is, they are the same ellipse.

@@ -1,13 +1,17 @@
 //! Where the edge passes on the axis of a crossing, and how blurred the edges are.
 
-use super::{Blurred, Edges, Levels, Local, normal};
+use super::light::Light;
+use super::local::{Local, NEAR};
+use super::profile::{Blurred, normal_fixed};
+use super::{Edges, Levels, Lines};
 use crate::fit::Spread;
+use crate::measure::joint::fixed::{ONE, PX, fixed, scale};
 use crate::scan::{Crossing, EdgePoint, Pool};
 
 /// Most Gauss-Newton steps for an edge point.
 const STEPS: usize = 3;
-/// A step below this, px, is the last: the next one would be its square, about 1e-3 px.
-const SETTLED: f32 = 0.03;
+/// A step below this, px, is the last.
+const SETTLED: i32 = PX / 10;
 /// Most passes over the samples for the blur.
 const BLUR_PASSES: usize = 5;
 /// Relative change of the blur that ends them.
@@ -20,10 +24,11 @@ const BLUR_OUTLIER: f32 = 0.04;
 const BLUR_OUTLIER_SIGMAS: f32 = 4.0;
 /// The blur is kept in this range, px.
 const BLUR_RANGE: (f32, f32) = (0.29, 6.0);
-/// Largest change of the blur in a pass, and of an edge point in a step, relative and px.
+/// Largest change of the blur in a pass, relative, and of an edge point in a step, px.
 const MAX_CHANGE: f32 = 0.5;
-/// Slope of the edge profile below which four samples hold no edge.
-const MIN_SLOPE: f32 = 1e-3;
+const MAX_STEP: i32 = PX / 2;
+/// Sum of the squared densities, each with the unit of shares, below which four samples hold no edge: 1e-3.
+const MIN_SQUARE: i32 = 268_435;
 
 /// What the edges' profiles tell.
 #[derive(Clone, Copy, Debug)]
@@ -34,19 +39,34 @@ pub(crate) struct Blur {
     pub noise: f32,
 }
 
+/// A blur, px, and its reciprocal, with half the unit of shares.
+pub(super) struct Sharpness {
+    pub blur: i32,
+    pub sharpness: i32,
+}
+
+impl Sharpness {
+    pub fn new(sigma: f32) -> Self {
+        Self { blur: fixed(sigma, PX), sharpness: fixed(1.0 / sigma, ONE / 2) }
+    }
+}
+
 /// The blur with which the profile fits best at a sample of crossings of every edge, with each edge in its best place.
-pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) -> Blur {
+#[inline(never)]
+pub(crate) fn measure_blur((edges, lines): (&Edges<'_>, &Lines), pool: &Pool<'_>, levels: &Levels) -> Blur {
+    let light = Light::new(levels);
     let mut sigma = BLUR_START;
     let mut noise = f32::INFINITY;
     for pass in 0..BLUR_PASSES {
-        let (mut slope, mut square) = (0.0, 0.0);
-        let limit = BLUR_OUTLIER + BLUR_OUTLIER_SIGMAS * noise;
+        let (mut slope, mut square) = (0, 0);
+        let limit = fixed(BLUR_OUTLIER + BLUR_OUTLIER_SIGMAS * noise, ONE);
         let mut spread = Spread::default();
+        let sharpness = Sharpness::new(sigma);
         for (k, edge) in edges.edges.iter().enumerate() {
-            let Some(views) = edges.views(k) else { continue };
+            let Some(views) = edges.views(k, lines) else { continue };
             for crossing in pool.iter(edge.crossings).step_by(edge.stride()) {
                 let Some(local) = views.local(crossing) else { continue };
-                let profile = Profile::new(&local, crossing, levels, sigma);
+                let profile = Profile::new(&local, crossing, &light, &sharpness);
                 let Some(placed) = profile.place() else { continue };
                 // The blur of the first pass is none of this target's.
                 if pass > 0 {
@@ -54,13 +74,14 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
                 }
                 if placed.misfit() <= limit {
                     let (s, q) = profile.blur_slope(placed.place);
-                    slope += s;
-                    square += q;
+                    slope += i64::from(s);
+                    square += i64::from(q);
                 }
             }
         }
         noise = spread.sigma();
-        let change = if square > 0.0 { (slope / square).clamp(-MAX_CHANGE, MAX_CHANGE) } else { 0.0 };
+        let change = if square > 0 { slope as f32 / square as f32 } else { 0.0 };
+        let change = change.clamp(-MAX_CHANGE, MAX_CHANGE);
         sigma = (sigma * (1.0 + change)).clamp(BLUR_RANGE.0, BLUR_RANGE.1);
         if pass > 0 && change.abs() < BLUR_SETTLED {
             break;
@@ -71,19 +92,26 @@ pub(crate) fn measure_blur(edges: &Edges<'_>, pool: &Pool<'_>, levels: &Levels) 
 
 /// Places an edge point at every crossing of edge `k`. Gives the standard deviation of the samples about it, as a share of the
 /// contrast.
-pub(crate) fn place(edges: &Edges<'_>, k: usize, pool: &mut Pool<'_>, levels: &Levels, sigma: f32) -> f32 {
+#[inline(never)]
+pub(crate) fn place(
+    (edges, lines): (&Edges<'_>, &Lines),
+    k: usize,
+    pool: &mut Pool<'_>,
+    (levels, sigma): (&Levels, f32),
+) -> f32 {
     let mut noise = Spread::default();
-    let (Some(edge), Some(views)) = (edges.edges.get(k), edges.views(k)) else { return 0.0 };
+    let (light, sharpness) = (Light::new(levels), Sharpness::new(sigma));
+    let (Some(edge), Some(views)) = (edges.edges.get(k), edges.views(k, lines)) else { return 0.0 };
     pool.for_each_mut(edge.crossings, |crossing| {
         let placed = views.local(crossing).and_then(|local| {
-            let placed = Profile::new(&local, crossing, levels, sigma).place()?;
+            let placed = Profile::new(&local, crossing, &light, &sharpness).place()?;
             placed.add_noise(&mut noise);
             let [first, .., last] = placed.residuals;
-            let round = |value: f32| crate::math::round(256.0 * value);
+            let share = |residual: i32, bits: u32| (residual + (1 << (bits - 1))) >> bits;
             Some(EdgePoint {
-                offset: round(placed.place * local.sign()) as i16,
-                excess: round(0.5 * (first + last)).clamp(-128, 127) as i8,
-                misfit: round(placed.misfit()).clamp(0, 255) as u8,
+                offset: (share(local.sign * placed.place, 4) - 128) as i16,
+                excess: share(first + last, 7).clamp(-128, 127) as i8,
+                misfit: share(placed.misfit(), 6).clamp(0, 255) as u8,
             })
         });
         crossing.place(placed);
@@ -93,108 +121,128 @@ pub(crate) fn place(edges: &Edges<'_>, k: usize, pool: &mut Pool<'_>, levels: &L
 
 /// An edge in four samples.
 struct Placed {
-    /// Its place, towards light from the crossing's pixel, px.
-    place: f32,
+    /// Its place on the axis, towards light, px.
+    place: i32,
     /// Lightness of the samples beyond what the edge gives them.
-    residuals: [f32; 4],
+    residuals: [i32; 4],
 }
 
 impl Placed {
     /// Adds what the samples tell of the noise: in the differences across the edge the light beside it and its place cancel.
     fn add_noise(&self, spread: &mut Spread) {
+        /// Of the reciprocal root of 2, and bits of a residual less one.
+        const ROOT: i32 = 11_585;
         let [a, b, c, d] = self.residuals;
         for difference in [a - d, b - c] {
-            spread.add(0.5 * difference * difference);
+            spread.add_fixed(scale(difference, ROOT), ONE.ilog2());
         }
     }
 
     /// Largest residual.
-    fn misfit(&self) -> f32 {
-        self.residuals.iter().fold(0.0, |most, residual| most.max(residual.abs()))
+    fn misfit(&self) -> i32 {
+        self.residuals.iter().fold(0, |most, residual| most.max(residual.abs()))
     }
 }
 
 /// Four samples across an edge, as lightness less what the neighbouring edges add.
 struct Profile {
-    /// Places on the axis, towards light, px.
-    places: [f32; 4],
-    lightness: [f32; 4],
+    lightness: [i32; 4],
     edge: Blurred,
+    /// Blur along the axis, px.
+    width: i32,
 }
 
 impl Profile {
-    fn new(local: &Local, crossing: &Crossing, levels: &Levels, sigma: f32) -> Self {
-        let (places, grey) = local.near(crossing);
-        let edge = local.blurred(sigma);
-        let scale = levels.scale(local.point(local.offset), local.axis);
-        let from_edge = places.map(|place| place - local.offset);
-        let neighbours = local.neighbours(from_edge, edge.k);
-        let lightness = core::array::from_fn(|i| scale.lightness(grey[i], from_edge[i]) - neighbours[i]);
-        Self { places, lightness, edge }
+    #[inline]
+    fn new(local: &Local, crossing: &Crossing, light: &Light, sharpness: &Sharpness) -> Self {
+        let edge = local.blurred(sharpness);
+        let there = light.at(local);
+        let contrast = scale(light.contrast, there.middle).max(1);
+        let (by_contrast, dark) = ((1 << 28) / contrast, scale(light.dark, there.middle));
+        // Relative change of the light over a pixel, with 4 times the unit of shares.
+        let slope = (there.slope << 10) / there.middle;
+        let near = local.near(crossing);
+        let lightness = core::array::from_fn(|i| {
+            let level = near[i] << 6;
+            let level = level - ((level * ((slope * (2 * i as i32 - 3)) >> 1)) >> 16);
+            let share = ((level - dark).clamp(-2 * contrast, 3 * contrast) * by_contrast) >> 14;
+            share - local.neighbours(NEAR[i] - local.at, &edge)
+        });
+        Self { lightness, edge, width: (sharpness.blur * (local.by_cosine >> 1)) >> 13 }
     }
 
     /// The place of the edge with the least sum of squares: a matched filter, iterated from the sample nearest to half
     /// lightness. `None` if these samples hold no edge.
+    #[inline]
     fn place(&self) -> Option<Placed> {
-        let [p0, ..] = self.places;
+        const HALF: i32 = ONE / 2;
         let [l0, l1, l2, l3] = self.lightness;
-        let pairs = [(1.0, l1, l2), (0.0, l0, l1), (2.0, l2, l3)];
-        let &(before, low, high) = pairs.iter().find(|(_, low, high)| *low < 0.5 && *high >= 0.5)?;
+        let [p0, p1, p2, p3] = NEAR;
+        let pairs = [((l1, p1), (l2, p2)), ((l0, p0), (l1, p1)), ((l2, p2), (l3, p3))];
+        let &(low, high) = pairs.iter().find(|((low, _), (high, _))| *low < HALF && *high >= HALF)?;
         // From the sample nearer to the middle, by the series of the inverse of the distribution.
-        let (start, from) = if 0.5 - low < high - 0.5 { (before, low) } else { (before + 1.0, high) };
-        let mut place = p0 + start - (inverse_normal(from) - 0.5 * self.edge.curvature) / self.edge.k;
-        let mut residuals = [0.0; 4];
+        let (from, start) = if HALF - low.0 < high.0 - HALF { low } else { high };
+        let mut place = start - self.along(inverse_normal(from) - self.edge.lead);
+        let mut residuals = [0; 4];
         for _ in 0..STEPS {
-            let at = self.places.map(|x| {
-                let (share, density) = normal(self.edge.deviation(x - place));
-                (share, density * self.edge.slope(x - place))
-            });
-            let (mut slope, mut square) = (0.0, 0.0);
-            for ((residual, (share, derivative)), lightness) in
-                residuals.iter_mut().zip(at).zip(self.lightness)
-            {
-                *residual = lightness - share;
-                slope -= derivative * *residual;
-                square += derivative * derivative;
+            let (mut slope, mut square, mut densities) = (0, 0, [0; 4]);
+            for i in 0..4 {
+                let (share, density) = normal_fixed(self.edge.deviation(NEAR[i] - place));
+                residuals[i] = self.lightness[i] - share;
+                densities[i] = density;
+                slope -= density * residuals[i];
+                square += density * density;
             }
-            if square < MIN_SLOPE * self.edge.k * self.edge.k {
+            if square < MIN_SQUARE {
                 return None;
             }
-            let step = (slope / square).clamp(-MAX_CHANGE, MAX_CHANGE);
+            let deviations = slope / (square >> 12);
+            let step = self.along(deviations).clamp(-MAX_STEP, MAX_STEP);
             place += step;
             if step.abs() < SETTLED {
+                // What the step leaves, to first order.
+                for (residual, density) in residuals.iter_mut().zip(densities) {
+                    *residual += (density * deviations) >> 12;
+                }
                 break;
             }
         }
-        (place > p0 && place < p0 + 3.0).then_some(Placed { place, residuals })
+        (place > p0 && place < p3).then_some(Placed { place, residuals })
+    }
+
+    /// A length on the axis from standard deviations.
+    fn along(&self, deviations: i32) -> i32 {
+        (deviations.clamp(-4 * PX, 4 * PX) * self.width) >> 12
     }
 
     /// Normal equation of the relative change of the blur, with the place free: `(right-hand side, square)`.
-    fn blur_slope(&self, place: f32) -> (f32, f32) {
+    fn blur_slope(&self, place: i32) -> (i32, i32) {
         // Residual, and derivatives by the logarithm of the blur and by the place.
-        let at = self.places.map(|x| {
-            let z = self.edge.deviation(x - place);
-            let (share, density) = normal(z);
-            (share, (self.edge.curvature - z) * density, density * self.edge.slope(x - place))
-        });
-        let (cross, square) = at.iter().fold((0.0, 0.0), |(cross, square), (_, blur, place)| {
-            (cross + blur * place, square + place * place)
-        });
-        let share_of_place = cross / square.max(MIN_SLOPE * self.edge.k * self.edge.k);
-        at.iter().zip(self.lightness).fold(
-            (0.0, 0.0),
-            |(slope, square), ((share, blur, place), lightness)| {
-                let derivative = blur - share_of_place * place;
-                (slope + derivative * (lightness - share), square + derivative * derivative)
-            },
-        )
+        let (mut right, mut right_of_place, mut cross, mut square, mut square_of_place) = (0, 0, 0, 0, 0);
+        for (at, lightness) in NEAR.into_iter().zip(self.lightness) {
+            let z = self.edge.deviation(at - place);
+            let (share, density) = normal_fixed(z);
+            let by_blur = (density * (2 * self.edge.lead - z)) >> 12;
+            let residual = lightness - share;
+            right += by_blur * residual;
+            right_of_place += density * residual;
+            cross += by_blur * density;
+            square += by_blur * by_blur;
+            square_of_place += density * density;
+        }
+        let share_of_place = cross / (square_of_place.max(MIN_SQUARE) >> 14);
+        let part = |product: i32| (i64::from(product) * i64::from(share_of_place)) >> 14;
+        (right - part(right_of_place) as i32, (square - part(cross) as i32).max(0))
     }
 }
 
 /// Standard deviations at which the step has reached `share`, from the first terms of the series about one half: good to
 /// 1 % for shares of 0.2 to 0.8, to 10 % for 0.05 to 0.95.
-fn inverse_normal(share: f32) -> f32 {
-    let x = share - 0.5;
-    let square = x * x;
-    x * (2.506_628 + square * (2.624_933 + square * (5.770_333 + square * 15.066)))
+fn inverse_normal(share: i32) -> i32 {
+    /// For the quarter that standard deviations have as many bits less than shares.
+    const SERIES: [i32; 4] = [10_267, 10_752, 23_635, 61_710];
+    let [a, b, c, d] = SERIES;
+    let x = (share - ONE / 2).clamp(-ONE / 2, ONE / 2);
+    let square = scale(x, x);
+    scale(x, a + scale(square, b + scale(square, c + scale(square, d))))
 }

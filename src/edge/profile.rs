@@ -27,6 +27,9 @@ const DENSITY: [f32; 8] = [
     -3.980953785e-08,
 ];
 
+/// The density in the middle.
+pub(super) const PEAK: f32 = DENSITY[0];
+
 /// Share of the step that lies before `z` standard deviations, and its density there: within 5e-6 and 4e-5 up to 3.5
 /// standard deviations, then constant. Polynomials, so that four samples are done at once where the processor can.
 #[inline]
@@ -82,41 +85,48 @@ pub(crate) fn normal_fixed(z: i32) -> (i32, i32) {
     )
 }
 
-/// Mean share of the step over `n` pixels, the first of which is at `z` standard deviations, below 0, and which lead away from
-/// the edge by `k` each.
+/// Mean share of the step over a stretch of pixels, the first of which is at `z` standard deviations, below 0, and which lead away
+/// from the edge by `k` each; `log` is the binary logarithm of their number.
 #[inline]
-pub(crate) fn mean_tail(z: f32, k: f32, n: f32) -> f32 {
-    // Of more than one pixel, the integral of the tail from the border of the first.
-    let z = if n > 1.0 { z + 0.5 * k } else { z };
-    let (share, density) = normal(z);
-    if n > 1.0 { (density + z * share) / (k * n) } else { share }
+pub(super) fn mean_tail(z: i32, k: i32, log: u32) -> i32 {
+    const OVER: i32 = (REACH * (1 << DEVIATION_BITS) as f32) as i32;
+    if log == 0 {
+        return normal_fixed(z).0;
+    }
+    // The integral of the tail from the border of the first pixel.
+    let z = z + (k >> 1);
+    if z <= -OVER {
+        return 0;
+    }
+    let (share, density) = normal_fixed(z);
+    (((density + ((z * share) >> 12)) << 12) / k.max(1)) >> log
 }
 
-/// A blurred edge along an axis that crosses it. Lengths in standard deviations of the blur, but on the axis in px.
+/// A blurred edge along an axis that crosses it.
 ///
 /// The edge is taken as a parabola. Blur moves the level of one half towards its hollow side, by half the curvature times
 /// the variance (the diffusion equation in polar coordinates).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Blurred {
-    /// Change along the normal and along the tangent, 1/px.
-    pub k: f32,
-    pub across: f32,
-    /// Curvature, positive where the edge bends away from light.
-    pub curvature: f32,
+pub(super) struct Blurred {
+    /// Standard deviations of the blur beyond the edge as a power series of the distance on the axis: for 1 px, with half the unit
+    /// of shares, and for its square.
+    pub k: i32,
+    pub second: i32,
+    /// How far blur moves the level of one half, standard deviations.
+    pub lead: i32,
 }
 
 impl Blurred {
     /// Standard deviations `h` px beyond the edge on the axis.
     #[inline]
-    pub fn deviation(&self, h: f32) -> f32 {
-        let t = self.across * h;
-        self.k * h + 0.5 * self.curvature * (1.0 + t * t)
+    pub fn deviation(&self, h: i32) -> i32 {
+        self.lead + ((h * (self.k + ((h * self.second) >> 15)) + (1 << 12)) >> 13)
     }
 
-    /// Change of that with `h`, 1/px.
+    /// The same of a straight edge, up to 60 px away.
     #[inline]
-    pub fn slope(&self, h: f32) -> f32 {
-        self.k + self.curvature * self.across * self.across * h
+    pub fn straight(&self, h: i32) -> i32 {
+        ((h >> 2) * self.k + (1 << 10)) >> 11
     }
 }
 

@@ -9,17 +9,34 @@
 use super::shape::{Frame, Shape};
 use super::solve::{Factor, Matrix};
 use crate::math;
+use crate::measure::joint::fixed::{Inverse, PX, wide};
+use crate::measure::joint::line::{Line, PLACE};
 use crate::target::Covariance;
 
-/// Normal equations of the step, point by point.
+/// Terms of the conic: (u^2 - v^2, 2 u v, u^2 + v^2, u, v).
+const TERMS: usize = 5;
+/// Largest square of a point's distance from the centre, in the frame, less 1.
+const MOST: i32 = 3 << PLACE;
+/// Farthest from the ellipse, 1/16384 px, before the gradient's length is known.
+const DEEPEST: i32 = 60_000;
+/// Bits of terms over the length of the gradient, and room of these: their products with each other and with distances have 32 bits.
+const TERM: u32 = 11;
+const ROOM: i32 = (1 << 15) - 1;
+
+/// Least variance of a point, px^2: that of rounding to 1/256 px.
+const ROUNDING: f32 = 1.0 / (12.0 * 256.0 * 256.0);
+
+/// Normal equations of the step, point by point: integers, so that the order of the points is of no matter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Adjustment {
     shape: Shape,
     frame: Frame,
-    m: Matrix<5>,
-    right: [f32; 5],
-    /// Sum of squared distances, px^2.
-    squares: f32,
+    line: Line,
+    /// Lower triangle.
+    m: Matrix<TERMS, i64>,
+    right: [i64; TERMS],
+    /// Sum of squared distances.
+    squares: u64,
     points: u16,
 }
 
@@ -45,62 +62,65 @@ impl Adjusted {
     }
 }
 
-/// A point in the frame where the ellipse is the unit circle.
-#[derive(Clone, Copy, Debug)]
+/// A point near an ellipse.
 pub(crate) struct View {
-    pub u: f32,
-    pub v: f32,
-    /// Value of the conic there.
-    residual: f32,
-    /// 1 / squared gradient of the conic in the image, px^2.
-    weight: f32,
-}
-
-impl View {
-    /// Squared distance from the ellipse, px^2, to first order.
-    pub fn square_distance(&self) -> f32 {
-        self.weight * self.residual * self.residual
-    }
+    /// In the frame where the ellipse is the unit circle.
+    pub place: (i32, i32),
+    /// Distance from the ellipse, px, to first order: positive outside, and bounded.
+    pub distance: i32,
+    /// 1 / length of half the conic's gradient in units of the semi-minor axis.
+    by_gradient: Inverse,
 }
 
 impl Adjustment {
     /// `None` if `shape` is no ellipse.
     pub fn new(shape: Shape) -> Option<Self> {
-        let frame = Frame::new(&shape)?;
-        Some(Self { shape, frame, m: [[0.0; 5]; 5], right: [0.0; 5], squares: 0.0, points: 0 })
+        let (frame, line) = (Frame::new(&shape)?, Line::of_rows(&shape)?);
+        Some(Self { shape, frame, line, m: [[0; TERMS]; TERMS], right: [0; TERMS], squares: 0, points: 0 })
     }
 
-    /// The point `(x, y)` px as this ellipse sees it.
-    pub fn view(&self, x: f32, y: f32) -> View {
-        let (u, v) = self.frame.vector(x - self.shape.cx, y - self.shape.cy);
-        let gx = self.frame.l0 * u;
-        let gy = self.frame.l1 * u + self.frame.l2 * v;
-        // The conic's gradient is twice this one.
-        View { u, v, residual: u * u + v * v - 1.0, weight: 0.25 / (gx * gx + gy * gy) }
+    /// The point `(x, y)`, [`PX`], as this ellipse sees it. `None` far from it.
+    #[inline]
+    pub fn view(&self, (x, y): (i32, i32)) -> Option<View> {
+        let (cx, cy) = self.line.centre();
+        let look = self.line.look((x - cx, y - cy)).filter(|look| look.excess < MOST)?;
+        let (gx, gy) = look.gradient;
+        let by_gradient = Inverse::of_root(gx.unsigned_abs().pow(2) + gy.unsigned_abs().pow(2))?;
+        let depth = wide(look.excess, self.line.minor(), PLACE - 1).clamp(-DEEPEST, DEEPEST);
+        let distance = ((by_gradient.of(depth) + 2) >> 2).clamp(-ROOM, ROOM);
+        Some(View { place: look.place, distance, by_gradient })
     }
 
     /// Adds a point.
+    #[inline]
     pub fn add(&mut self, point: &View) {
-        let &View { u, v, residual, weight } = point;
+        let (u, v) = point.place;
         let (uu, vv) = (u * u, v * v);
-        let terms = [uu - vv, 2.0 * u * v, uu + vv, u, v];
-        for i in 0..5 {
-            let weighted = weight * terms[i];
+        let terms = [(uu - vv) >> 15, (u * v) >> 14, (uu + vv) >> 15, u >> 1, v >> 1];
+        let term = |term: i32| ((point.by_gradient.of(term) + 2) >> 2).clamp(-ROOM, ROOM);
+        let terms = terms.map(term);
+        for i in 0..TERMS {
             for j in 0..=i {
-                self.m[i][j] += weighted * terms[j];
+                self.m[i][j] += i64::from(terms[i] * terms[j]);
             }
-            self.right[i] -= weighted * residual;
+            self.right[i] -= i64::from(terms[i] * point.distance);
         }
-        self.squares += point.square_distance();
+        self.squares += u64::from(point.distance.unsigned_abs().pow(2));
         self.points = self.points.saturating_add(1);
     }
 
     /// Takes the step. `None` if the points do not determine it.
+    #[inline(never)]
     pub fn finish(&self) -> Option<Adjusted> {
-        let factor = Factor::new(&self.m)?;
-        let step = factor.solve(self.right);
-        let gain: f32 = step.iter().zip(&self.right).fold(0.0, |sum, (s, r)| sum + s * r);
-        let squares = (self.squares - gain).max(0.0);
+        const SQUARE: f32 = 1.0 / (PX as f32 * PX as f32);
+        // A term counts half the semi-minor axis over the length of the gradient, px.
+        let term = 0.5 * self.line.minor() as f32 / (PX as f32 * (1u32 << TERM) as f32);
+        let m = self.m.map(|row| row.map(|sum| term * term * sum as f32));
+        let right = self.right.map(|sum| term / PX as f32 * sum as f32);
+        let factor = Factor::new(&m)?;
+        let step = factor.solve(right);
+        let gain: f32 = step.iter().zip(&right).fold(0.0, |sum, (s, r)| sum + s * r);
+        let squares = (SQUARE * self.squares as f32 - gain).max(ROUNDING * f32::from(self.points));
         let free = self.points.checked_sub(5).filter(|&free| free > 0)?;
         let variance = squares / f32::from(free);
         let frame_covariance = frame_covariance(&factor, variance);
@@ -125,6 +145,16 @@ fn frame_covariance(factor: &Factor<5>, variance: f32) -> Matrix<4> {
         let solved = factor.solve(unit);
         CENTRE_TERMS.map(|(term, scale)| scale * solved[term])
     })
+}
+
+#[cfg(test)]
+impl Adjustment {
+    /// Adds the point `(x, y)` px.
+    pub fn add_point(&mut self, (x, y): (f32, f32)) {
+        let fixed = |x: f32| libm::roundf(x * PX as f32) as i32;
+        let view = self.view((fixed(x), fixed(y))).unwrap();
+        self.add(&view);
+    }
 }
 
 #[cfg(test)]
@@ -155,9 +185,8 @@ mod tests {
 
     fn adjust(start: Shape, points: &[(f32, f32)]) -> Adjusted {
         let mut adjustment = Adjustment::new(start).unwrap();
-        for &(x, y) in points {
-            let view = adjustment.view(x, y);
-            adjustment.add(&view);
+        for &point in points {
+            adjustment.add_point(point);
         }
         adjustment.finish().unwrap()
     }

@@ -1,8 +1,8 @@
 //! The algebraic fit to points that are good to a fraction of a pixel, from whole numbers.
 
 use super::shape::Shape;
-use super::solve::Matrix;
-use super::sums::ellipse;
+use super::solve::{Factor, Matrix};
+use crate::measure::joint::fixed::{PX, fixed};
 
 /// Number of monomials up to the fourth order.
 const MONOMIALS: usize = 15;
@@ -62,7 +62,7 @@ impl Rough {
         Some((x.checked_div(n)?, y.checked_div(n)?))
     }
 
-    /// The fit of [`Sums::fit`](super::Sums::fit), in 4096 units of the coordinates.
+    /// The fit of [`rough`], in 4096 units of the coordinates.
     #[inline(never)]
     pub fn fit(&self) -> Option<Shape> {
         const UNIT: f32 = 1.0 / ONE;
@@ -84,9 +84,41 @@ impl Rough {
     }
 }
 
+/// The algebraic fit to points, [`PX`], most of them within `extent` px of the origin: least squares of a (x^2 - y^2) + b x y + d x +
+/// e y + f = -(x^2 + y^2), which has constant trace and is invariant to rotation, shift and scale. `None` if the points do not
+/// determine an ellipse.
+#[inline(never)]
+pub(crate) fn rough(points: impl Iterator<Item = (i32, i32)>, extent: f32) -> Option<Shape> {
+    const MOST: i32 = 1 << Rough::BITS;
+    let extent = fixed(extent, PX).unsigned_abs();
+    let shift = (u32::BITS - extent.leading_zeros()).saturating_sub(Rough::BITS);
+    let half = (1 << shift) >> 1;
+    let coarse = |x: i32| ((x + half) >> shift).clamp(-MOST, MOST);
+    let mut sums = Rough::default();
+    points.for_each(|(x, y)| sums.add(coarse(x), coarse(y)));
+    Some(sums.fit()?.scaled((1u32 << shift) as f32))
+}
+
+/// The ellipse that solves the normal equations, in their unit of length.
+fn ellipse(m: &Matrix<5>, right: [f32; 5]) -> Option<Shape> {
+    let [a, b, d, e, f] = Factor::new(m)?.solve(right);
+    let (axx, axy, ayy) = (1.0 + a, 0.5 * b, 1.0 - a);
+    let det = axx * ayy - axy * axy;
+    if !(det > 0.0) {
+        return None;
+    }
+    let cx = 0.5 * (axy * e - ayy * d) / det;
+    let cy = 0.5 * (axy * d - axx * e) / det;
+    let level = -(f + 0.5 * (d * cx + e * cy));
+    // A real ellipse has its centre inside.
+    (level > 0.0).then(|| Shape { cx, cy, axx: axx / level, axy: axy / level, ayy: ayy / level })
+}
+
 #[cfg(test)]
 mod tests {
+    extern crate std;
     use super::*;
+    use std::vec::Vec;
 
     #[test]
     fn an_arc_gives_its_ellipse() {
@@ -103,5 +135,57 @@ mod tests {
         assert!((shape.cx - 0.1).abs() < 1e-3 && (shape.cy + 0.2).abs() < 1e-3, "{shape:?}");
         arc.add(4096, 4096);
         assert!(arc.fit().is_none_or(|shape| (shape.cx - 0.1).abs() > 0.01));
+    }
+
+    /// Points of an ellipse, 1/4096 px, from f64.
+    fn points(a: f64, b: f64, theta: f64, cx: f64, cy: f64, n: usize) -> Vec<(i32, i32)> {
+        (0..n)
+            .map(|i| {
+                let (s, c) = (i as f64 / n as f64 * core::f64::consts::TAU).sin_cos();
+                let (u, v) = (a * c, b * s);
+                let (x, y) = (cx + u * theta.cos() - v * theta.sin(), cy + u * theta.sin() + v * theta.cos());
+                ((x * 4096.0).round() as i32, (y * 4096.0).round() as i32)
+            })
+            .collect()
+    }
+
+    fn fit(points: &[(i32, i32)], extent: f32) -> Option<Shape> {
+        rough(points.iter().copied(), extent)
+    }
+
+    #[test]
+    fn recovers_an_ellipse_at_every_size() {
+        for (a, b, n, tolerance) in [
+            (5.0, 4.0, 40, 2e-3),
+            (30.0, 21.0, 250, 1e-3),
+            (120.0, 31.0, 1000, 2e-3),
+            (500.0, 130.0, 4000, 5e-3),
+            (1000.0, 900.0, 8000, 1e-2),
+            (2040.0, 600.0, 16000, 2e-2),
+        ] {
+            for theta in [0.0, 0.4, 1.5, 2.5] {
+                let shape = fit(&points(a, b, theta, 0.3, -0.4, n), a as f32 + 1.0).unwrap();
+                let (fa, fb) = shape.semi_axes();
+                for (got, want) in [(shape.cx, 0.3), (shape.cy, -0.4), (fa, a as f32), (fb, b as f32)] {
+                    assert!((got - want).abs() < tolerance, "{a} {b} {theta}: {got} for {want}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn one_displaced_point_moves_the_fit() {
+        let mut points = points(30.0, 21.0, 0.4, 0.3, -0.4, 250);
+        points[17].0 += 8192;
+        let shape = fit(&points, 33.0).unwrap();
+        assert!((shape.cx - 0.3).abs() > 2e-3);
+    }
+
+    #[test]
+    fn refuses_points_that_are_no_ellipse() {
+        assert!(fit(&[], 1.0).is_none());
+        assert!(fit(&[(0, 0); 20], 1.0).is_none());
+        let line: Vec<_> = (0..50).map(|i| (i * 1024, i * 512)).collect();
+        assert!(fit(&line, 10.0).is_none());
     }
 }

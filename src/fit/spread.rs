@@ -27,8 +27,25 @@ impl Default for Spread {
 impl Spread {
     /// Adds the square of a residual.
     pub fn add(&mut self, square: f32) {
-        let bin = (square.to_bits() >> BELOW).saturating_sub(LOWEST) as usize;
-        if let Some(bin) = self.bins.get_mut(bin.min(BINS - 1)) {
+        self.count((square.to_bits() >> BELOW).saturating_sub(LOWEST));
+    }
+
+    /// The same of a residual below 2^16, of which one is 2^`bits`.
+    pub fn add_fixed(&mut self, residual: i32, bits: u32) {
+        let square = residual.unsigned_abs().saturating_pow(2);
+        if square == 0 {
+            return self.count(0);
+        }
+        let zeros = square.leading_zeros();
+        // The bin of that as f32: its exponent, and the bit below its first one.
+        let half = (square << zeros) >> (u32::BITS - 2) & 1;
+        let bin = (2 * (u32::BITS - 1 - zeros + 127) + half).saturating_sub(LOWEST + 4 * bits);
+        self.count(bin);
+    }
+
+    fn count(&mut self, bin: u32) {
+        let bin = (bin as usize).min(BINS - 1);
+        if let Some(bin) = self.bins.get_mut(bin) {
             *bin = bin.saturating_add(1);
         }
         self.count += 1;
@@ -54,6 +71,20 @@ impl Spread {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn integers_fall_into_the_bins_of_their_squares() {
+        for bits in [0, 6, 12, 14] {
+            for residual in (-70_000i32..70_000).filter(|r| r.abs() < 300 || r % 97 == 0) {
+                let mut both = [Spread::default(); 2];
+                both[0].add_fixed(residual, bits);
+                let residual = residual as f32 / (1u32 << bits) as f32;
+                both[1].add(residual * residual);
+                let [fixed, float] = both.map(|spread| spread.bins);
+                assert!(fixed == float || residual.abs() >= 65_536.0 / (1u32 << bits) as f32, "{residual}");
+            }
+        }
+    }
 
     #[test]
     fn a_third_of_outliers_does_not_move_it() {

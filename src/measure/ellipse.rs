@@ -1,15 +1,16 @@
 //! One edge: its edge points to an ellipse.
 
 use super::Light;
+use super::joint::fixed::{PX, fixed};
 use super::origin::Origin;
-use super::sectors::{PARTS, PLACES, SectorLight, Sectors};
+use super::sectors::{Marks, PARTS, PLACES, SectorLight, Sectors, sector_of};
 use crate::abilities::ARCS;
 use crate::arcs;
 use crate::edge::Edge;
-use crate::fit::{Adjusted, Adjustment, Shape, Spread, Sums};
+use crate::fit::{Adjusted, Adjustment, Shape, Spread, rough};
 use crate::math;
 use crate::reject::Reject;
-use crate::scan::{Axis, Crossing, CrossingList, Pool};
+use crate::scan::{Axis, Crossing, CrossingList, EdgePoint, Pool};
 use crate::settings::limits;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
@@ -74,11 +75,12 @@ pub(super) struct Source<'a, 'p> {
 }
 
 impl<'a, 'p> Source<'a, 'p> {
-    /// The crossings of edge `k` whose profile is that of an edge.
-    pub fn crossings(&self, k: usize) -> impl Iterator<Item = &'a Crossing> + Clone + use<'a, 'p> {
-        let tolerance = 256.0 * (limits::MISFIT + limits::MISFIT_SIGMAS * self.noise);
-        self.all(k).filter(move |crossing| {
-            crossing.edge_point().is_some_and(|point| f32::from(point.misfit) <= tolerance)
+    /// The crossings of edge `k` whose profile is that of an edge; all where they are not placed yet.
+    fn crossings(&self, k: usize) -> impl Iterator<Item = &'a Crossing> + use<'a, 'p> {
+        let tolerance = (256.0 * (limits::MISFIT + limits::MISFIT_SIGMAS * self.noise)) as u8;
+        let list = self.edges.get(k).map_or(CrossingList::EMPTY, |edge| edge.crossings);
+        self.pool.iter(list).filter(move |crossing| {
+            tolerance == u8::MAX || crossing.edge_point().is_some_and(|point| point.misfit <= tolerance)
         })
     }
 
@@ -96,20 +98,19 @@ impl<'a, 'p> Source<'a, 'p> {
         Light::edge_variance(1.0, self.calm, self.blur)
     }
 
-    fn all(&self, k: usize) -> impl Iterator<Item = &'a Crossing> + Clone + use<'a, 'p> {
-        self.pool.iter(self.edges.get(k).map_or(CrossingList::EMPTY, |edge| edge.crossings))
-    }
-
-    /// Their edge points about the origin, px; by linear interpolation where they are not placed yet.
-    pub fn points(&self, k: usize) -> impl Iterator<Item = (f32, f32)> + use<'a, 'p> {
+    /// Their edge points about the origin, [`PX`], with the excess of the light there; by linear interpolation where they are not
+    /// placed yet.
+    pub fn points(&self, k: usize) -> impl Iterator<Item = ((i32, i32), i8)> + use<'a, 'p> {
         let origin = self.origin;
         let placed = !ARCS || self.noise.is_finite();
-        let rough = self.all(k).filter(move |_| !placed).map(|crossing| arcs::place(crossing, origin.pixel));
-        let fine = self
-            .crossings(k)
-            .filter(move |_| placed)
-            .filter_map(|crossing| origin.undistorted(edge_point(crossing, origin.pixel)?));
-        rough.chain(fine)
+        self.crossings(k).filter_map(move |crossing| {
+            let (place, excess) = if placed {
+                edge_point(crossing, origin.pixel)?
+            } else {
+                (arcs::place(crossing, origin.pixel), 0)
+            };
+            Some((origin.undistorted(place)?, excess))
+        })
     }
 }
 
@@ -120,22 +121,25 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
     if ARCS && edge.partial {
         return fit_arcs(source, k, edge);
     }
-    let places = source.crossings(k).filter_map(|crossing| edge_point(crossing, origin.pixel));
     let points = || source.points(k);
-    let start = start(edge, places, origin)?;
+    let start = start(edge, points(), origin)?;
     let minor = start.semi_axes().1;
-    let (even, light) =
-        even_sectors(&start, source.crossings(k), origin, (noise, source.calm)).ok_or(Reject::NotElliptic)?;
-    let mut gate = Gate { limit: f32::INFINITY, sectors: even.0, even };
-    let mut step = adjust(start, points(), &gate)?;
+    let mut light = SectorLight::new(minor);
+    let mut gate = Gate::OPEN;
+    let mut step = adjust(start, points(), &gate, Some(&mut light))?;
+    let (even, light) = light.judged((noise, source.calm));
+    if even.0 != u128::MAX {
+        gate = Gate { sectors: even, even, ..gate };
+        step = adjust(start, points(), &gate, None)?;
+    }
     for _ in 1..PASSES {
-        let next =
-            Gate { limit: limits::OUTLIER * step.sigma, sectors: step.near.without_ends(minor).0, even };
-        if step.farthest <= next.limit && gate.sectors & !next.sectors == 0 {
+        let limit = fixed(limits::OUTLIER * step.sigma, PX);
+        let next = Gate { limit, sectors: step.near.without_ends(minor), even };
+        if step.farthest <= next.limit && gate.sectors.0 & !next.sectors.0 == 0 {
             break;
         }
         gate = next;
-        step = adjust(step.adjusted.shape, points(), &gate)?;
+        step = adjust(step.adjusted.shape, points(), &gate, None)?;
     }
     let Step { adjusted, seen, .. } = step;
     let gap = seen.closed(minor).longest_gap();
@@ -165,10 +169,8 @@ pub(super) fn judge(adjusted: &Adjusted, gap: u32, together: bool, explained: f3
 /// A first ellipse of an edge of which only arcs are seen: that of [`rough`](super::together::rough), unless a lens bends it. What is
 /// seen of it is judged when it is fitted together with others.
 fn fit_arcs(source: &Source<'_, '_>, k: usize, edge: &Edge) -> Result<Fitted, Reject> {
-    let places = source.crossings(k).filter_map(|crossing| edge_point(crossing, source.origin.pixel));
-    let start = start(edge, places, source.origin)?;
-    let gate = Gate { limit: f32::INFINITY, sectors: u128::MAX, even: Sectors(u128::MAX) };
-    let mut adjusted = adjust(start, source.points(k), &gate)?.adjusted;
+    let start = start(edge, source.points(k), source.origin)?;
+    let mut adjusted = adjust(start, source.points(k), &Gate::OPEN, None)?.adjusted;
     adjusted.shape = start;
     let Edge { dark_inside, partial, cut, .. } = *edge;
     Ok(Fitted { adjusted, edge: k, dark_inside, partial, cut, gap: 0, ratio: 1.0, measured_ratio: 1.0 })
@@ -181,67 +183,63 @@ pub(super) fn alone(
     shape: Shape,
     (limit, used): (f32, Sectors),
 ) -> Option<Adjusted> {
-    let gate = Gate { limit, sectors: used.0, even: used };
-    Some(adjust(shape, source.points(k), &gate).ok()?.adjusted)
+    let gate = Gate { limit: fixed(limit, PX), sectors: used, even: used };
+    Some(adjust(shape, source.points(k), &gate, None).ok()?.adjusted)
 }
 
-/// Edge point of a crossing about the origin, 1/256 px.
-fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<(i32, i32)> {
-    let offset = i32::from(crossing.edge_point()?.offset);
+/// Edge point of a crossing about the origin, 1/256 px, and the excess of the light there.
+#[inline]
+fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<((i32, i32), i8)> {
+    let EdgePoint { offset, excess, .. } = crossing.edge_point()?;
+    let offset = i32::from(offset);
     let x = 256 * (i32::from(crossing.x) - i32::from(origin.0));
     let y = 256 * (i32::from(crossing.y()) - i32::from(origin.1));
-    Some(match crossing.axis() {
-        Axis::Row => (x + offset, y),
-        Axis::Column => (x, y + offset),
-    })
+    let row = crossing.axis() == Axis::Row;
+    Some((if row { (x + offset, y) } else { (x, y + offset) }, excess))
 }
 
 /// The algebraic fit; where arcs are missing that would shrink the ellipse, and the search has given a better one of what is
 /// seen.
-fn start(edge: &Edge, places: impl Iterator<Item = (i32, i32)>, origin: &Origin) -> Result<Shape, Reject> {
+fn start(
+    edge: &Edge,
+    points: impl Iterator<Item = ((i32, i32), i8)>,
+    origin: &Origin,
+) -> Result<Shape, Reject> {
+    /// Room for points that are off, and for what a lens moves them.
+    const ROOM: (f32, f32) = (1.2, 4.0);
+    let shape = &edge.shape;
     if ARCS && edge.partial && origin.lens().is_none() {
-        return Ok(edge.shape);
+        return Ok(*shape);
     }
-    let mut sums = Sums::default();
-    places.filter_map(|place| origin.on_grid(place)).for_each(|(x, y)| sums.add(x, y));
-    sums.fit().ok_or(Reject::NotElliptic)
+    let extent = shape.cx.abs().max(shape.cy.abs()) + shape.semi_axes().0;
+    rough(points.map(|(place, _)| place), ROOM.0 * extent + ROOM.1).ok_or(Reject::NotElliptic)
 }
 
-/// The sectors in which the light beside the edge is the same as around most of the circle, and the variance of the light in them from
-/// place to place, in units of the contrast. The noise is that of the samples, and the same without what disturbs them.
-pub(super) fn even_sectors<'c>(
-    shape: &Shape,
-    crossings: impl Iterator<Item = &'c Crossing> + Clone,
-    origin: &Origin,
-    (noise, calm): (f32, f32),
-) -> Option<(Sectors, f32)> {
-    // Where nothing disturbs the light there is nothing to sort out.
-    let limit = 256.0 * (limits::UNEVEN + 3.0 * noise);
-    let uneven = |crossing: &Crossing| {
-        crossing.edge_point().is_some_and(|point| f32::from(point.excess).abs() > limit)
-    };
-    let disturbed = crossings.clone().any(uneven);
+/// What [`SectorLight`] tells around an ellipse.
+pub(super) fn even_sectors(source: &Source<'_, '_>, k: usize, shape: &Shape) -> Option<(Sectors, f32)> {
     let adjustment = Adjustment::new(*shape)?;
     let mut light = SectorLight::new(shape.semi_axes().1);
-    for crossing in crossings {
-        let place = edge_point(crossing, origin.pixel).and_then(|place| origin.undistorted(place));
-        if let (Some(point), Some((x, y))) = (crossing.edge_point(), place) {
-            let view = adjustment.view(x, y);
-            light.add(view.u, view.v, point.excess);
+    for (place, excess) in source.points(k) {
+        if let Some(view) = adjustment.view(place) {
+            light.add(sector_of(view.place), excess);
         }
     }
-    let even = if disturbed { light.even(noise) } else { Sectors(u128::MAX) };
-    Some((even, light.variance(even, calm)))
+    Some(light.judged((source.noise, source.calm)))
 }
 
 /// Which points are used.
 struct Gate {
-    /// Largest distance from the ellipse, px.
-    limit: f32,
+    /// Largest distance from the ellipse, [`PX`].
+    limit: i32,
     /// Sectors in which they may lie: not those beside gaps, where what hides the edge has a part in its profile.
-    sectors: u128,
+    sectors: Sectors,
     /// The same with these.
     even: Sectors,
+}
+
+impl Gate {
+    /// All of them.
+    const OPEN: Self = Self { limit: i32::MAX, sectors: Sectors(u128::MAX), even: Sectors(u128::MAX) };
 }
 
 /// An adjustment with what else the points tell.
@@ -251,36 +249,50 @@ struct Step {
     seen: Sectors,
     /// ... and in which there are points of the edge, even if the ellipse before the step was off.
     near: Sectors,
-    /// Distance of the farthest point that was used from the ellipse before the step, px.
-    farthest: f32,
+    /// Distance of the farthest point that was used from the ellipse before the step, [`PX`].
+    farthest: i32,
     /// Robust standard deviation of the distances, px.
     sigma: f32,
 }
 
 /// One step from `shape` with the points that pass `gate`.
-fn adjust(shape: Shape, points: impl Iterator<Item = (f32, f32)>, gate: &Gate) -> Result<Step, Reject> {
+#[inline(never)]
+fn adjust(
+    shape: Shape,
+    points: impl Iterator<Item = ((i32, i32), i8)>,
+    gate: &Gate,
+    mut light: Option<&mut SectorLight>,
+) -> Result<Step, Reject> {
     let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
-    let (mut seen, mut near) = (Sectors(0), Sectors(0));
+    let (even, used) = (Marks::from(gate.even), Marks::from(gate.sectors));
+    let (mut seen, mut near) = (Marks::default(), Marks::default());
     let mut spread = Spread::default();
-    let mut farthest = 0.0f32;
-    let farthest_near = gate.limit.max(NEAR);
-    for (x, y) in points {
-        let point = adjustment.view(x, y);
-        let distance = point.square_distance();
-        if distance > farthest_near * farthest_near {
+    let mut farthest = 0;
+    let farthest_near = gate.limit.max(fixed(NEAR, PX));
+    for (place, excess) in points {
+        let Some(point) = adjustment.view(place) else { continue };
+        let distance = point.distance.abs();
+        if distance > farthest_near {
             continue;
         }
-        let sector = Sectors::sector(point.u, point.v) & gate.even.0;
-        near.0 |= sector;
-        if distance <= gate.limit * gate.limit {
-            seen.0 |= sector;
-            if gate.sectors & sector != 0 {
+        let sector = sector_of(point.place);
+        if let Some(light) = &mut light {
+            light.add(sector, excess);
+        }
+        if !even.has(sector) {
+            continue;
+        }
+        near.mark(sector);
+        if distance <= gate.limit {
+            seen.mark(sector);
+            if used.has(sector) {
                 adjustment.add(&point);
                 farthest = farthest.max(distance);
-                spread.add(distance);
+                spread.add_fixed(distance, PX.ilog2());
             }
         }
     }
     let adjusted = adjustment.finish().ok_or(Reject::NotElliptic)?;
-    Ok(Step { adjusted, seen, near, farthest: math::sqrt(farthest), sigma: spread.sigma() })
+    let (seen, near) = (seen.sectors(), near.sectors());
+    Ok(Step { adjusted, seen, near, farthest, sigma: spread.sigma() })
 }

@@ -8,8 +8,9 @@
 
 mod choose;
 mod combine;
+mod disturbed;
 mod ellipse;
-mod joint;
+pub(crate) mod joint;
 mod known;
 mod origin;
 mod sectors;
@@ -18,29 +19,24 @@ mod together;
 use crate::abilities::{ARCS, JOINT};
 use crate::candidate;
 use crate::code;
-use crate::edge::{self, Blur, Edge, Edges, Levels};
+use crate::edge::{Edge, Edges, Levels};
 use crate::fit::Adjusted;
 use crate::math;
 use crate::reject::Reject;
-use crate::scan::{Outline, Pool, Scanner};
+use crate::scan::{Outline, Scanner};
 use crate::settings::{Compensation, Polarity, Settings, limits};
 use crate::target::{Circle, Ellipse, Flags, MAX_CIRCLES, Target};
 use choose::choose;
 pub(crate) use choose::concentric;
 use combine::{Centre, combine, measured_perspective, significant};
+use disturbed::disturbed;
 pub(crate) use ellipse::{Fitted, FittedList};
-use ellipse::{Source, fit};
 use heapless::Vec;
 use joint::joint;
 use known::{Known, known};
 pub(crate) use origin::Origin;
 pub(crate) use sectors::PARTS;
-use together::{Together, rough, together};
-
-/// Most further passes over the levels of a target with something in front of it: each leaves more of that out.
-const LEVEL_PASSES: usize = 3;
-/// First guess of the blur, px, for the first look at the levels.
-const BLUR_GUESS: f32 = 0.8;
+use together::{Together, rough};
 
 /// Measures the target whose outermost outline is `head`.
 pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings) -> Result<Target, Reject> {
@@ -78,75 +74,6 @@ fn undisturbed(
     let light = joint(edges, &scanner.pool, about, settings.code.is_some(), &mut fitted)?;
     let circles = choose(&fitted, settings, scanner.width());
     Ok(circles.and_then(|circles| assemble(&circles, settings, &light, about)))
-}
-
-/// A target of which not everything is seen, or in front of which something is; `open` tells that its outline is, `calm` is the noise of a
-/// sample as [`joint`] gives it.
-#[inline(never)]
-fn disturbed(
-    edges: &Edges<'_>,
-    scanner: &mut Scanner<'_>,
-    settings: &Settings,
-    (about, open, calm): (&Origin, bool, f32),
-) -> Result<Target, Reject> {
-    let (width, pool) = (scanner.width(), &mut scanner.pool);
-    let given = !settings.spec.ratios().is_empty();
-    let covered = ARCS && edges.edges.iter().any(|edge| edge.partial);
-    let (levels, blur, spoiled) = disturbed_levels(edges, pool, covered)?;
-    // What disturbs one edge does not disturb all.
-    let noise = (0..edges.edges.len())
-        .fold(f32::INFINITY, |least, k| least.min(edge::place(edges, k, pool, &levels, blur)));
-    let source = Source { edges: edges.edges, pool, origin: about, noise, calm: noise.min(calm), blur };
-    let circles = choose(&fit_all(&source)?, settings, width)?;
-    let light = Light::new(&levels, blur, circles.first());
-    let found = if circles.iter().any(Fitted::is_occluded) {
-        let all = together(&circles, &source, given)?;
-        if open && !all.has_ratios(settings.spec.ratios()) {
-            return Err(Reject::OpenOutline);
-        }
-        let forms = Forms::together(&all, light.plane, about).ok_or(Reject::NotConcentric)?;
-        target(&all.circles, &forms, settings, (&light, about))
-    } else {
-        assemble(&circles, settings, &light, about)
-    };
-    // What the joint estimate has refused is spoiled. Without it there is only what the levels and the gaps show.
-    let spoiled = JOINT || spoiled || circles.iter().any(Fitted::has_gap);
-    let excess = match (covered, spoiled) {
-        (true, _) => limits::COVERED_VARIANCE,
-        (false, true) => limits::SPOILED_VARIANCE,
-        (false, false) => limits::ALONE_VARIANCE,
-    };
-    found.map(|target| target.less_sure(excess))
-}
-
-/// Levels and blur of a target of which not everything is seen (`covered`), or in front of which something may be; and whether
-/// something is.
-#[inline(never)]
-fn disturbed_levels(
-    edges: &Edges<'_>,
-    pool: &Pool<'_>,
-    covered: bool,
-) -> Result<(Levels, f32, bool), Reject> {
-    let levels = Levels::first(edges, pool, BLUR_GUESS, covered).ok_or(Reject::LowContrast)?;
-    check_contrast(levels.contrast())?;
-    let mut blur = edge::measure_blur(edges, pool, &levels);
-    let mut levels = levels.refined(edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
-    check_contrast(levels.contrast())?;
-    let is_spoiled =
-        |levels: &Levels, blur: &Blur| levels.noise > limits::DISTURBED * blur.noise * levels.contrast();
-    for _ in 0..LEVEL_PASSES {
-        if !covered && !is_spoiled(&levels, &blur) {
-            break;
-        }
-        blur = edge::measure_blur(edges, pool, &levels);
-        levels = levels.refined(edges, pool, &blur, covered).ok_or(Reject::LowContrast)?;
-        check_contrast(levels.contrast())?;
-    }
-    let spoiled = is_spoiled(&levels, &blur);
-    if spoiled {
-        levels = levels.disturbed();
-    }
-    Ok((levels, blur.sigma, spoiled))
 }
 
 /// The outermost outline of the chain that can be a circle of a target. What is around it and open by itself is none, nor are
@@ -216,22 +143,6 @@ fn collect(
 fn check_contrast(contrast: f32) -> Result<(), Reject> {
     // Also refuses NaN.
     if contrast >= f32::from(limits::MIN_CONTRAST) { Ok(()) } else { Err(Reject::LowContrast) }
-}
-
-/// Fits every edge. Those that are no ellipse are left out; an error if less than two remain.
-#[inline(never)]
-fn fit_all(source: &Source<'_, '_>) -> Result<FittedList, Reject> {
-    let mut fitted = FittedList::new();
-    let mut cause = Reject::Alone;
-    for k in 0..source.edges.len() {
-        match fit(source, k) {
-            Ok(fit) => {
-                let _ = fitted.push(fit);
-            }
-            Err(reject) => cause = reject,
-        }
-    }
-    if fitted.len() < 2 { Err(cause) } else { Ok(fitted) }
 }
 
 /// What is known of a target beside its ellipses.

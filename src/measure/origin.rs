@@ -1,14 +1,14 @@
 //! The integer pixel about which a target is measured, and the lens before it.
 
+use super::joint::fixed::{PX, fixed};
 use crate::abilities::CAMERA;
 use crate::camera::{Camera, Local};
 use crate::fit::Shape;
-use crate::math;
 use crate::target::{Circle, Covariance, Position, Target};
 
 /// Edge points have 1/256 px.
-const GRID: f32 = 256.0;
-/// Farthest that the exact sums take a point, px.
+const GRID: i32 = 256;
+/// Farthest that the fits take a point, px.
 const FARTHEST: f32 = 4096.0;
 
 /// Edge points go in through it, results go out.
@@ -51,18 +51,14 @@ impl Origin {
         self.lens.as_ref().filter(|_| CAMERA)
     }
 
-    /// Edge point without distortion, px. `None` where the lens folds the image.
-    pub fn undistorted(&self, (x, y): (i32, i32)) -> Option<(f32, f32)> {
-        self.place((x as f32 / GRID, y as f32 / GRID))
-    }
-
-    /// The same on the grid of edge points, for the exact sums; also `None` where the lens puts the point too far away.
-    pub fn on_grid(&self, point: (i32, i32)) -> Option<(i32, i32)> {
+    /// Edge point without distortion, [`PX`]. `None` where the lens folds the image or puts the point too far away.
+    pub fn undistorted(&self, (x, y): (i32, i32)) -> Option<(i32, i32)> {
+        const EACH: i32 = PX / GRID;
         if self.lens().is_none() {
-            return Some(point);
+            return Some((EACH * x, EACH * y));
         }
-        let (x, y) = self.undistorted(point)?;
-        (x.abs() < FARTHEST && y.abs() < FARTHEST).then(|| (math::round(GRID * x), math::round(GRID * y)))
+        let (x, y) = self.place((x as f32 / GRID as f32, y as f32 / GRID as f32))?;
+        (x.abs() < FARTHEST && y.abs() < FARTHEST).then(|| (fixed(x, PX), fixed(y, PX)))
     }
 
     /// The place without distortion of what is seen `(x, y)` px from the origin.

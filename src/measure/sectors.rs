@@ -1,5 +1,6 @@
 //! Where around an ellipse there are edge points, how far from it they are there, and in what light.
 
+use super::joint::fixed::{Inverse, sector};
 use crate::math;
 use crate::settings::limits;
 
@@ -18,11 +19,6 @@ const BORDER: f32 = 1.4;
 pub(super) struct Sectors(pub u128);
 
 impl Sectors {
-    /// The bit of the sector of a point in the frame where the ellipse is the unit circle.
-    pub fn sector(u: f32, v: f32) -> u128 {
-        1 << index(u, v, SECTORS)
-    }
-
     /// The same without short gaps, of an ellipse with this semi-minor axis, px.
     #[inline(never)]
     pub fn closed(self, minor: f32) -> Self {
@@ -64,17 +60,43 @@ impl Sectors {
     }
 }
 
+/// [`Sectors`] that are marked and asked one by one.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Marks([u32; 4]);
+
+impl Marks {
+    pub fn mark(&mut self, sector: u32) {
+        if let Some(marks) = self.0.get_mut((sector / u32::BITS) as usize) {
+            *marks |= 1 << (sector % u32::BITS);
+        }
+    }
+
+    pub fn has(&self, sector: u32) -> bool {
+        self.0.get((sector / u32::BITS) as usize).is_some_and(|marks| marks >> (sector % u32::BITS) & 1 != 0)
+    }
+
+    pub fn sectors(&self) -> Sectors {
+        Sectors(self.0.iter().rev().fold(0, |all, &marks| all << u32::BITS | u128::from(marks)))
+    }
+}
+
+impl From<Sectors> for Marks {
+    fn from(Sectors(all): Sectors) -> Self {
+        Self(core::array::from_fn(|i| (all >> (i as u32 * u32::BITS)) as u32))
+    }
+}
+
 /// Number of sectors in which a stretch of an ellipse with this semi-minor axis ends, px.
 fn steps(stretch: f32, minor: f32) -> u32 {
     const SHARE: f32 = SECTORS as f32 / core::f32::consts::TAU;
     (SHARE * stretch / minor.max(1.0) + 1.0) as u32
 }
 
-/// Which of `count` sectors, a power of two, holds the point.
+/// Which sector holds a place in the frame where the ellipse is the unit circle.
 #[inline(never)]
-fn index(u: f32, v: f32, count: u32) -> u32 {
-    let turn = math::approx::atan2(v, u) * (0.5 / core::f32::consts::PI) + 1.0;
-    (turn * count as f32) as u32 & (count - 1)
+pub(super) fn sector_of((u, v): (i32, i32)) -> u32 {
+    let by_radius = Inverse::of_root(u.unsigned_abs().pow(2) + v.unsigned_abs().pow(2));
+    by_radius.map_or(0, |by_radius| sector((by_radius.cosine(u), by_radius.cosine(v))))
 }
 
 /// Shortest sector in which the light is measured, px: each has two crossings or more of a whole outline.
@@ -87,6 +109,10 @@ pub(super) const PLACES: usize = 8;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SectorLight {
     count: u32,
+    /// Binary logarithm of how many of the others each has.
+    log: u32,
+    /// Largest excess.
+    most: u8,
     /// Sum of the excess, 1/256 of the contrast, and number of edge points.
     sums: [(i16, u8); SECTORS as usize],
 }
@@ -95,13 +121,14 @@ impl SectorLight {
     /// For an ellipse with this semi-minor axis, px.
     pub fn new(minor: f32) -> Self {
         let fit = core::f32::consts::TAU * minor / SHORTEST;
-        let count = [128, 64, 32].into_iter().find(|&count| count as f32 <= fit).unwrap_or(16);
-        Self { count, sums: [(0, 0); SECTORS as usize] }
+        let log = (0..3).find(|log| (SECTORS >> log) as f32 <= fit).unwrap_or(3);
+        Self { count: SECTORS >> log, log, most: 0, sums: [(0, 0); SECTORS as usize] }
     }
 
-    /// Adds the excess of a point.
-    pub fn add(&mut self, u: f32, v: f32, excess: i8) {
-        if let Some((sum, count)) = self.sums.get_mut(index(u, v, self.count) as usize) {
+    /// Adds the excess of a point in a [`sector_of`].
+    pub fn add(&mut self, sector: u32, excess: i8) {
+        self.most = self.most.max(excess.unsigned_abs());
+        if let Some((sum, count)) = self.sums.get_mut((sector >> self.log) as usize) {
             *sum = sum.saturating_add(i16::from(excess));
             *count = count.saturating_add(1);
         }
@@ -109,17 +136,18 @@ impl SectorLight {
 
     /// Variance of the light from place to place around the circle, each an eighth of a turn, in these sectors: without what the
     /// noise gives, in units of the contrast.
-    pub fn variance(&self, sectors: Sectors, noise: f32) -> f32 {
-        let mut places = [(0.0f32, 0.0f32); PLACES];
-        let each = SECTORS / self.count.max(1);
+    fn variance(&self, sectors: Sectors, noise: f32) -> f32 {
+        let mut places = [(0, 0); PLACES];
         for (i, &(sum, count)) in (0..self.count).zip(&self.sums) {
-            if sectors.0 >> (i * each) & 1 != 0
-                && let Some((all, points)) = places.get_mut((i * PLACES as u32 / self.count.max(1)) as usize)
+            let first = i << self.log;
+            if sectors.0 >> first & 1 != 0
+                && let Some((all, points)) = places.get_mut((first / (SECTORS / PLACES as u32)) as usize)
             {
-                *all += f32::from(sum) / 256.0;
-                *points += f32::from(count);
+                *all += i32::from(sum);
+                *points += u32::from(count);
             }
         }
+        let places = places.map(|(all, points)| (all as f32 / 256.0, points as f32));
         let (sum, points, squares, filled) = places.iter().filter(|(_, points)| *points > 0.0).fold(
             (0.0, 0.0, 0.0, 0.0),
             |(sum, points, squares, filled), &(more, count)| {
@@ -133,23 +161,31 @@ impl SectorLight {
         ((squares - sum * sum / points - chance) / points).max(0.0)
     }
 
+    /// The sectors in which the light beside the edge is the same as around most of the circle, and the variance of the light in them
+    /// from place to place, in units of the contrast. The noise is that of the samples, and the same without what disturbs them.
+    pub fn judged(&self, (noise, calm): (f32, f32)) -> (Sectors, f32) {
+        // Where nothing disturbs the light there is nothing to sort out.
+        let disturbed = f32::from(self.most) > 256.0 * (limits::UNEVEN + 3.0 * noise);
+        let even = if disturbed { self.even(noise) } else { Sectors(u128::MAX) };
+        (even, self.variance(even, calm))
+    }
+
     /// The sectors whose mean is that of most, and that hardly other than none, for noise in units of the contrast.
-    pub fn even(&self, noise: f32) -> Sectors {
-        let mean = |sum: i16, count: u8| f32::from(sum) / (256.0 * f32::from(count.max(1)));
-        let filled =
-            || self.sums.iter().filter(|(_, count)| *count > 0).map(|&(sum, count)| mean(sum, count));
-        let middle = median(filled).clamp(-limits::UNEVEN, limits::UNEVEN);
+    fn even(&self, noise: f32) -> Sectors {
+        let middle = self.median().clamp(-limits::UNEVEN, limits::UNEVEN);
         // Each of the sectors here is some of those of the mask.
-        let each = SECTORS / self.count.max(1);
+        let each = 1 << self.log;
         let (mut filled, mut uneven, mut suspect) = (Sectors(0), Sectors(0), Sectors(0));
         for (i, &(sum, count)) in self.sums.iter().enumerate().filter(|(_, (_, count))| *count > 0) {
-            let sigma = noise / math::sqrt(2.0 * f32::from(count));
-            let excess = (mean(sum, count) - middle).abs();
+            let count = f32::from(count);
+            // All for the sum of the sector.
+            let sigma = noise * math::sqrt(0.5 * count);
+            let excess = (f32::from(sum) / 256.0 - middle * count).abs();
             let bits = (u128::MAX >> (SECTORS - each)) << (i as u32 * each % SECTORS);
             let mark = |sectors: &mut Sectors, over: bool| sectors.0 |= if over { bits } else { 0 };
             mark(&mut filled, true);
-            mark(&mut uneven, excess > limits::UNEVEN + limits::UNEVEN_SIGMAS * sigma);
-            mark(&mut suspect, excess > 0.2 * limits::UNEVEN + sigma);
+            mark(&mut uneven, excess > limits::UNEVEN * count + limits::UNEVEN_SIGMAS * sigma);
+            mark(&mut suspect, excess > 0.2 * limits::UNEVEN * count + sigma);
         }
         // Glare and shadows have no border: what is beside uneven light is judged by less.
         for _ in 0..SECTORS {
@@ -161,16 +197,48 @@ impl SectorLight {
         }
         Sectors(filled.0 & !uneven.0)
     }
+
+    /// The median of the filled sectors' means, to 1/256.
+    fn median(&self) -> f32 {
+        let (mut low, mut high) = (-128, 128);
+        for _ in 0..7 {
+            let middle = (low + high) / 2;
+            let (mut below, mut filled) = (0, 0);
+            for &(sum, count) in self.sums.iter().filter(|(_, count)| *count > 0) {
+                below += u32::from(i32::from(sum) < middle * i32::from(count));
+                filled += 1;
+            }
+            if 2 * below < filled { low = middle } else { high = middle }
+        }
+        (low + high) as f32 / 512.0
+    }
 }
 
-/// The median of some numbers from -1/2 to 1/2, to 1/256.
-fn median<I: Iterator<Item = f32>>(numbers: impl Fn() -> I) -> f32 {
-    let (mut low, mut high) = (-0.5, 0.5);
-    for _ in 0..7 {
-        let middle = 0.5 * (low + high);
-        let (below, count) =
-            numbers().fold((0, 0), |(below, count), x| (below + usize::from(x < middle), count + 1));
-        if 2 * below < count { low = middle } else { high = middle }
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sectors_are_even_parts_of_a_turn() {
+        for i in 0..4096 {
+            let turn = (i as f32 + 0.5) / 4096.0;
+            let (v, u) = libm::sincosf(turn * core::f32::consts::TAU);
+            for length in [0.4, 1.0, 1.4] {
+                let place = ((16_384.0 * length * u) as i32, (16_384.0 * length * v) as i32);
+                // Two in a thousand of a radian are 1/25 of a sector.
+                let (sector, exact) = (sector_of(place), turn * SECTORS as f32);
+                let off = (exact - sector as f32 - 0.5).abs();
+                assert!(off.min(SECTORS as f32 - off) < 0.54, "{sector} for {exact}");
+            }
+        }
     }
-    0.5 * (low + high)
+
+    #[test]
+    fn marks_are_sectors() {
+        let mut marks = Marks::default();
+        [0, 31, 32, 100, 127].into_iter().for_each(|sector| marks.mark(sector));
+        assert_eq!(marks.sectors().0, 1 | 1 << 31 | 1 << 32 | 1 << 100 | 1 << 127);
+        let again = Marks::from(marks.sectors());
+        assert!((0..128).all(|sector| again.has(sector) == [0, 31, 32, 100, 127].contains(&sector)));
+    }
 }

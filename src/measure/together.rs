@@ -5,8 +5,9 @@
 
 use super::combine::{combine, measured_perspective};
 use super::ellipse::{Fitted, FittedList, NEAR, PASSES, Source, alone, even_sectors, judge};
+use super::joint::fixed::{ONE, PX, fixed};
 use super::origin::Origin;
-use super::sectors::Sectors;
+use super::sectors::{Sectors, sector_of};
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Concentric, ConcentricAdjustment, ConcentricStep, Shape, Spread};
 use crate::list::list;
@@ -16,6 +17,10 @@ use crate::scan::Pool;
 use crate::settings::limits;
 use crate::target::{Covariance, MAX_CIRCLES};
 use heapless::Vec;
+
+/// Room in what the last step leaves for what it found, and the least that it leaves, px.
+const LEFT: f32 = 1.5;
+const LEAST: f32 = 0.02;
 
 /// Circles that were fitted together.
 #[derive(Clone, Debug)]
@@ -50,7 +55,7 @@ pub(super) fn rough(edges: &mut [Edge], pool: &Pool<'_>, origin: &Origin) {
     let mut fit = Fit { source: &source, family, arcs: Vec::new(), limit: f32::INFINITY };
     fit.add(reference, 1.0, (Sectors(u128::MAX), 0.0));
     for (k, _) in edges.iter().enumerate().filter(|(k, edge)| edge.partial && *k != reference) {
-        let (sum, count) = source.points(k).fold((0.0, 0.0), |(sum, count), (x, y)| {
+        let (sum, count) = source.points(k).map(px).fold((0.0, 0.0), |(sum, count), (x, y)| {
             (sum + math::sqrt(shape.square(x - shape.cx, y - shape.cy)), count + 1.0)
         });
         fit.add(k, sum / count, (Sectors(u128::MAX), 0.0));
@@ -100,6 +105,12 @@ pub(super) fn together(
     Ok(Together { circles: all, separate, covariance: step.covariance(0.0).scaled(factor) })
 }
 
+/// A point in px.
+fn px(((x, y), _): ((i32, i32), i8)) -> (f32, f32) {
+    const EACH: f32 = 1.0 / PX as f32;
+    (EACH * x as f32, EACH * y as f32)
+}
+
 /// The arcs of a circle.
 #[derive(Clone, Copy, Debug)]
 struct Arcs {
@@ -140,9 +151,7 @@ impl<'a, 'p> Fit<'a, 'p> {
             .or_else(|| Concentric::new(outer, (outer.cx, outer.cy)))?;
         let mut fit = Self { source, family, arcs: Vec::new(), limit: f32::INFINITY };
         for circle in circles {
-            let crossings = source.crossings(circle.edge);
-            let even =
-                even_sectors(&circle.adjusted.shape, crossings, source.origin, (source.noise, source.calm))?;
+            let even = even_sectors(source, circle.edge, &circle.adjusted.shape)?;
             fit.add(circle.edge, circle.ratio, even);
         }
         Some(fit)
@@ -167,7 +176,9 @@ impl<'a, 'p> Fit<'a, 'p> {
         for _ in 0..PASSES {
             let (step, farthest, sigma) = self.pass()?;
             let limit = limits::OUTLIER * sigma;
-            let mut settled = farthest <= limit;
+            // Where the circles were off, what the step leaves tells the scatter.
+            let left = limits::OUTLIER * (LEFT * step.rms).max(LEAST);
+            let mut settled = farthest <= limit.min(left);
             self.family = step.family;
             for (arcs, change) in self.arcs.iter_mut().zip(&step.sizes) {
                 arcs.size += change;
@@ -199,13 +210,14 @@ impl<'a, 'p> Fit<'a, 'p> {
             (arcs.seen, arcs.near, arcs.points, arcs.squares) = (Sectors(0), Sectors(0), 0, 0.0);
             let mut used = 0u16;
             adjustment.next_circle();
-            for (x, y) in self.source.points(arcs.edge) {
+            for (x, y) in self.source.points(arcs.edge).map(px) {
                 let view = member.view(x, y);
                 let distance = view.distance().abs();
                 if distance > limit.max(NEAR) {
                     continue;
                 }
-                let sector = Sectors::sector(view.u, view.v) & arcs.even.0;
+                let place = (fixed(view.u, ONE), fixed(view.v, ONE));
+                let sector = (1 << sector_of(place)) & arcs.even.0;
                 arcs.near.0 |= sector;
                 if distance <= limit {
                     arcs.seen.0 |= sector;

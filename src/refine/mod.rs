@@ -140,7 +140,7 @@ impl<'i> Window<'i> {
         const PLACES: usize = 16;
         let (mut within, mut beyond, mut count) = (0.0, 0.0, 0.0);
         for i in 0..PLACES {
-            let (s, c) = math::sincos(i as f32 * (core::f32::consts::TAU / PLACES as f32));
+            let (s, c) = math::approx::sincos(i as f32 * (core::f32::consts::TAU / PLACES as f32));
             let (x, y) = outline.frame.inverse(c, s);
             let share = AWAY / math::sqrt(x * x + y * y);
             let at = |factor: f32| {

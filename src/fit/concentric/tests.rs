@@ -260,9 +260,8 @@ fn covariance_is_that_of_the_centres() {
         }
         let alone = {
             let mut adjustment = super::super::Adjustment::new(CAMERA.shape(1.0)).unwrap();
-            for (x, y) in arc(1.0, 0.6, 60, || sigma * random.normal()) {
-                let view = adjustment.view(x, y);
-                adjustment.add(&view);
+            for point in arc(1.0, 0.6, 60, || sigma * random.normal()) {
+                adjustment.add_point(point);
             }
             adjustment.finish().unwrap().covariance
         };

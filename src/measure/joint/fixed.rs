@@ -9,30 +9,30 @@
 
 use crate::math;
 
-pub(super) const ONE: i32 = 1 << 14;
-pub(super) const PX: i32 = 1 << 12;
-pub(super) const GREY: i32 = 1 << 6;
-pub(super) const BEND: i32 = 1 << 16;
+pub(crate) const ONE: i32 = 1 << 14;
+pub(crate) const PX: i32 = 1 << 12;
+pub(crate) const GREY: i32 = 1 << 6;
+pub(crate) const BEND: i32 = 1 << 16;
 
 /// `x` where one is `one`; saturates.
-pub(super) fn fixed(x: f32, one: i32) -> i32 {
+pub(crate) fn fixed(x: f32, one: i32) -> i32 {
     math::round(x * one as f32)
 }
 
 /// The product with a share.
 #[inline]
-pub(super) fn scale(x: i32, share: i32) -> i32 {
+pub(crate) fn scale(x: i32, share: i32) -> i32 {
     (x * share + ONE / 2) >> 14
 }
 
 /// The product of numbers whose product has more than 32 bits, with `shift` bits less.
 #[inline]
-pub(super) fn wide(a: i32, b: i32, shift: u32) -> i32 {
+pub(crate) fn wide(a: i32, b: i32, shift: u32) -> i32 {
     ((i64::from(a) * i64::from(b)) >> shift) as i32
 }
 
 /// The reciprocal of the length of a vector of length nearly one.
-pub(super) fn reciprocal((x, y): (i32, i32)) -> i32 {
+pub(crate) fn reciprocal((x, y): (i32, i32)) -> i32 {
     let square = (x * x + y * y) >> 14;
     let excess = square - ONE;
     // Its series, and a step of Newton.
@@ -41,7 +41,7 @@ pub(super) fn reciprocal((x, y): (i32, i32)) -> i32 {
 }
 
 /// The reciprocal of a square root.
-pub(super) struct Inverse {
+pub(crate) struct Inverse {
     /// Of the root after so many doublings.
     inverse: i32,
     doublings: u32,
@@ -87,13 +87,13 @@ impl Inverse {
 }
 
 /// A vector of length nearly one with that length.
-pub(super) fn unit(vector: (i32, i32)) -> (i32, i32) {
+pub(crate) fn unit(vector: (i32, i32)) -> (i32, i32) {
     let reciprocal = reciprocal(vector);
     (scale(vector.0, reciprocal), scale(vector.1, reciprocal))
 }
 
 /// Which of 128 sectors of a turn, from +x towards +y, holds a direction of length one.
-pub(super) fn sector((u, v): (i32, i32)) -> u32 {
+pub(crate) fn sector((u, v): (i32, i32)) -> u32 {
     /// The series of the arc sine, and sectors of a radian.
     const SERIES: (i32, i32) = (2731, 1794);
     const SECTORS: i32 = 5215;

@@ -7,7 +7,7 @@ use crate::math;
 
 /// Bits of the frame of an ellipse, and of places in it.
 const FRAME: u32 = 30;
-const PLACE: u32 = 26;
+pub(crate) const PLACE: u32 = 26;
 /// The same for a look that need not be exact.
 const COARSE: u32 = 22;
 /// Farthest place in the frame that is looked at.
@@ -30,7 +30,7 @@ const STEPS: usize = 4;
 
 /// The place where an axis passes an ellipse.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Passage {
+pub(crate) struct Passage {
     /// On the axis, from the middle of the crossing, px.
     pub at: i32,
     /// Cosines of the outward normal along and across the axis, and how they change along it, 1/px, before that is normalised.
@@ -72,7 +72,7 @@ impl Passage {
 
 /// An ellipse as rows, or columns, pass it: coordinates along and across these.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
+pub(crate) struct Line {
     /// Its centre, px, and its frame, 1/px.
     centre: (i32, i32),
     frame: [i32; 3],
@@ -108,6 +108,11 @@ impl Line {
         ])
     }
 
+    /// For rows, about the ellipse's centre: `None` if it is none.
+    pub fn of_rows(shape: &Shape) -> Option<Self> {
+        Some(Self::new(shape, &Frame::new(shape)?, shape.semi_axes().1, [1.0, 0.0, 0.0, 1.0]))
+    }
+
     fn new(shape: &Shape, frame: &Frame, minor: f32, turn: [f32; 4]) -> Self {
         let frame = [frame.l0, frame.l1, frame.l2];
         let [l0, l1, _] = frame;
@@ -126,6 +131,16 @@ impl Line {
     /// A place from the centre, px, from that about the origin, in 1/2 px.
     pub fn about_centre(&self, (along, across): (i32, i32)) -> (i32, i32) {
         ((along << 11) - self.centre.0, (across << 11) - self.centre.1)
+    }
+
+    /// The centre, px.
+    pub fn centre(&self) -> (i32, i32) {
+        self.centre
+    }
+
+    /// The semi-minor axis, px.
+    pub fn minor(&self) -> i32 {
+        self.minor
     }
 
     /// Where the axis through a place near the ellipse, px from its centre, passes it. `None` where it misses it, or nearly.
@@ -168,7 +183,7 @@ impl Line {
 
     /// A place, px from the centre, as the ellipse has it. `None` far away.
     #[inline]
-    fn look(&self, (along, across): (i32, i32)) -> Option<Look> {
+    pub fn look(&self, (along, across): (i32, i32)) -> Option<Look> {
         let [l0, l1, l2] = self.frame;
         let sum = i64::from(l0) * i64::from(along) + i64::from(l1) * i64::from(across);
         let (u, v) = ((sum >> 16) as i32, wide(l2, across, 16));
@@ -214,13 +229,13 @@ impl Line {
 }
 
 /// A place as an ellipse has it.
-struct Look {
+pub(crate) struct Look {
     /// In the frame where the ellipse is the unit circle.
-    place: (i32, i32),
+    pub place: (i32, i32),
     /// The conic: the square of that, less 1.
-    excess: i32,
+    pub excess: i32,
     /// Half its gradient along and across the axis, in units of the semi-minor axis.
-    gradient: (i32, i32),
+    pub gradient: (i32, i32),
 }
 
 /// Square of a vector's length.
@@ -230,7 +245,7 @@ fn square((x, y): (i32, i32)) -> u32 {
 
 /// An ellipse grown by some width, which tells on which side of it a place is.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Border {
+pub(crate) struct Border {
     centre: (i32, i32),
     frame: [i32; 3],
 }

@@ -11,8 +11,8 @@
 
 mod arrow;
 mod exact;
-mod fixed;
-mod line;
+pub(crate) mod fixed;
+pub(crate) mod line;
 mod scene;
 mod solve;
 mod start;

@@ -1,7 +1,7 @@
 extern crate std;
 use super::*;
 use crate::edge::Edge;
-use crate::fit::Sums;
+use crate::fit::rough;
 use crate::scan::{Axis, Crossing, CrossingList, EdgePoint, Outline, Stretch};
 use std::vec::Vec;
 
@@ -122,11 +122,10 @@ fn arcs(seen: [(f64, f64); 2], mut change: impl FnMut(&mut Point)) -> [Vec<Point
 
 /// The ellipse of the whole circle.
 fn whole(ratio: f64) -> Shape {
-    let mut sums = Sums::default();
-    for (x, y) in points(ratio).iter().map(Point::place) {
-        sums.add((256.0 * x).round() as i32, (256.0 * y).round() as i32);
-    }
-    sums.fit().unwrap()
+    let fixed = |x: f64| (4096.0 * x).round() as i32;
+    let places =
+        points(ratio).iter().map(Point::place).map(|(x, y)| (fixed(x), fixed(y))).collect::<Vec<_>>();
+    rough(places.into_iter(), 31.0).unwrap()
 }
 
 fn solve(arcs: &[Vec<Point>; 2]) -> (Together, (f64, f64)) {
