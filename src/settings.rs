@@ -345,12 +345,14 @@ pub(crate) mod limits {
     pub const UNEVEN: f32 = 0.02;
     /// Room for the noise in that, standard deviations of a sector's mean.
     pub const UNEVEN_SIGMAS: f32 = 4.0;
+    /// Largest noise of a target's samples, as a share of the contrast.
+    pub const MOST_NOISE: f32 = 0.125;
     /// Variance of a target of which arcs are hidden, in units of what its edge points tell: what hides them reaches into some
     /// that are left.
-    pub const COVERED_VARIANCE: f32 = 1.5;
+    pub const COVERED_VARIANCE: f32 = 2.25;
     /// The same where glare, scratches or dirt lie on a target of which all is seen: they move edge points all together, which
     /// their scatter does not show.
-    pub const SPOILED_VARIANCE: f32 = 4.0;
+    pub const SPOILED_VARIANCE: f32 = 5.5;
     /// Variance of a target of which all is seen, measured circle by circle, in units of what its edge points tell: they share
     /// the levels and the blur that they were placed with.
     pub const ALONE_VARIANCE: f32 = 1.1;

@@ -265,7 +265,7 @@ fn tracked_targets_keep_their_ids_and_their_places() {
         let mut ages: Vec<_> = found.iter().map(|t| tracker.follow(t).expect("room")).collect();
         ages.sort_by_key(|track| track.id);
         let ages: Vec<_> = ages.iter().map(|track| (track.id, track.age)).collect();
-        assert_eq!(ages, (0..5).map(|id| (id, number as u32)).collect::<Vec<_>>());
+        assert_eq!(ages, (1..=5).map(|id| (id, number as u32)).collect::<Vec<_>>());
         let whole = detect(&frame, TargetSpec::any()).0;
         assert_eq!(found.len(), whole.len());
         for target in &whole {

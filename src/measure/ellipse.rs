@@ -93,9 +93,10 @@ impl<'a, 'p> Source<'a, 'p> {
         1.0 + f32::from(points) / PLACES as f32 * (unexplained + moved * moved * light / square)
     }
 
-    /// Variance of an edge point, px^2, that the noise explains.
+    /// Variance of an edge point, px^2, that the noise explains: nothing where there is more than any target has, because that is a
+    /// pattern.
     pub fn edge_variance(&self) -> f32 {
-        Light::edge_variance(1.0, self.calm, self.blur)
+        if self.calm > limits::MOST_NOISE { 0.0 } else { Light::edge_variance(1.0, self.calm, self.blur) }
     }
 
     /// Their edge points about the origin, [`PX`], with the excess of the light there; by linear interpolation where they are not
