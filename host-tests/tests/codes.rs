@@ -308,6 +308,6 @@ fn a_code_costs_hardly_any_accuracy() {
 fn a_code_too_near_makes_the_centre_less_sure() {
     for (radius, tilt) in [(10.0, 20.0), (15.0, 60.0)] {
         let (plain, coded) = (errors(radius, tilt, false), errors(radius, tilt, true));
-        assert!(coded.0 < 3.0 * plain.0 && coded.0 < 1.3 * coded.1, "radius {radius} tilt {tilt}");
+        assert!(coded.0 < 3.2 * plain.0 && coded.0 < 1.3 * coded.1, "radius {radius} tilt {tilt}");
     }
 }

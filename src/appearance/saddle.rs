@@ -57,8 +57,9 @@ impl Saddle {
         Some(Self { minor: minor_axis, squares: [minor, major], ratio: major / minor })
     }
 
-    /// How far the place `(x, y)` px from the centre is beyond the edge outwards where the blur has the variance `square` px^2, and what is to be added to tell its share of the
-    /// outside by the normal distribution, standard deviations: the one goes with the inverse of the blur, the other with the blur.
+    /// How far the place `(x, y)` px from the centre is beyond the edge outwards where the blur has the variance `square` px^2, and
+    /// what is to be added to tell its share of the outside by the normal distribution, standard deviations: the one goes with the
+    /// inverse of the blur, the other with the blur.
     pub fn beyond(&self, (x, y): (f32, f32), square: f32) -> (f32, f32) {
         let Self { minor: (mx, my), squares, ratio } = *self;
         let (v, u) = (mx * x + my * y, mx * y - my * x);
