@@ -163,8 +163,8 @@ impl Head {
         self.measure_by(Order::Measure(frame), (frame.width, frame.height), pixels, &[])
     }
 
-    /// The same with the runs of each row, as logic that takes no difference of grey levels below `min_contrast` for an edge finds
-    /// them.
+    /// The same with the runs of each row, as found by logic that takes no difference of grey levels below `min_contrast` for an
+    /// edge.
     ///
     /// # Errors
     /// As [`measure`](Self::measure).

@@ -75,8 +75,8 @@ impl<L: Line<Error = Infallible>> MailboxHead<L> {
         Ok(())
     }
 
-    /// Measures the frame in the mailbox, whose rows are followed by their `runs` or not, and sends its report. Waits until all of it is sent, so that the answer has its
-    /// length: the camera then knows how much to read.
+    /// Measures the frame in the mailbox, whose rows are followed by their `runs` or not, and sends its report. Waits until
+    /// all of it is sent, so that the answer has its length: the camera then knows how much to read.
     pub(crate) fn measure(
         &mut self,
         seq: u32,

@@ -12,8 +12,8 @@
 //! | 32.. | camera | pixels, row by row from the top; each row starts at a word |
 //!
 //! Where logic beside the sensor finds the dark runs, each row is followed by a word with their number in its lower and the least
-//! contrast in its upper half, and a word for each run, with the column of its first pixel in the lower half and the column after its
-//! last in the upper one.
+//! contrast in its upper half, and a word for each run: the column of its first pixel in the lower half, the column after its last
+//! in the upper one.
 //!
 //! A frame has the number of its order as sequence number. The pixels belong to the head from the moment the
 //! number of the order is written until the same number stands in word 16.
