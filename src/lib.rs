@@ -31,9 +31,9 @@
 //!
 //! | feature | without it | flash, compiled for size, kB |
 //! | --- | --- | --- |
-//! | `arcs` | circles are refused that are partly hidden, that something touches, or that the frame cuts | 30.2 to 41.5 |
-//! | `camera` | there is no [`Settings::camera`](Settings#structfield.camera), so no undistorted fit and no normal | 8.8 to 18.1 |
-//! | `joint` | each circle is measured by itself: more error, most where targets are small, tight or blurred | 22.2 to 33.6 |
+//! | `arcs` | circles are refused that are partly hidden, that something touches, or that the frame cuts | 30.0 to 42.3 |
+//! | `camera` | there is no [`Settings::camera`](Settings#structfield.camera), so no undistorted fit and no normal | 8.3 to 17.6 |
+//! | `joint` | each circle is measured by itself: more error, most where targets are small, tight or blurred | 22.0 to 34.2 |
 //!
 //! Off by default: `defmt` (logs and `Format`), `hal` (the module `head`).
 //!
