@@ -12,8 +12,10 @@ use crate::fit::Shape;
 use crate::math;
 
 /// Radius of curvature at the ends of the major axis, px, and standard deviations of the blur, from which on distance and curvature
-/// tell enough.
+/// tell all, ...
 const TIGHT: (f32, f32) = (3.0, 4.0);
+/// ... and standard deviations from which on what they leave is less than the noise of most pictures.
+const TIGHTEST: f32 = 2.5;
 /// Steps to the saddlepoint.
 const STEPS: usize = 3;
 /// Share of the way to the pole that a step leaves at least.
@@ -36,6 +38,12 @@ impl Saddle {
     pub fn is_tight(shape: &Shape, blur: f32) -> bool {
         let (a, b) = shape.semi_axes();
         b * b < a * TIGHT.0.max(TIGHT.1 * blur)
+    }
+
+    /// The same for those that cannot afford it where little is gained.
+    pub fn is_tightest(shape: &Shape, blur: f32) -> bool {
+        let (a, b) = shape.semi_axes();
+        b * b < a * TIGHTEST * blur
     }
 
     /// `None` where distance and curvature tell enough.

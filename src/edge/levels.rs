@@ -33,6 +33,7 @@ const EVEN: f32 = 128.0;
 const BEYOND: f32 = 16.0;
 /// Unit of the levels that the light's slopes change, grey levels: keeps the system well scaled.
 const SLOPE: f32 = 256.0;
+
 /// Dark and bright level at the origin; the level at (x, y) px from it is that times 1 + gx x + gy y.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Levels {

@@ -102,14 +102,15 @@ impl<'m> Scene<'m> {
         (at.max(-self.farthest).min(self.farthest) * self.by_unit) >> 14
     }
 
-    /// Whether it bends too much for its distance to tell the level.
+    /// Whether it bends too much for a series, and for far stretches beside it to tell the levels.
     fn is_tight(&self, outline: &Outline) -> bool {
         Saddle::is_tight(&outline.shape, self.model.blur)
     }
 
     fn seen<'o>(&self, outline: &'o Outline) -> Option<Seen<'o>> {
-        let saddle = Saddle::new(&outline.shape, self.model.blur);
-        Some(Seen { outline, lines: Line::both(outline)?, saddle })
+        let (shape, blur) = (&outline.shape, self.model.blur);
+        let saddle = if Saddle::is_tightest(shape, blur) { Saddle::new(shape, blur) } else { None };
+        Some(Seen { outline, lines: Line::both(outline)?, tight: self.is_tight(outline), saddle })
     }
 
     /// Outline `k` as crossings see it. `None` if there is no such ellipse.
@@ -169,17 +170,13 @@ enum Room {
 pub(super) struct Seen<'m> {
     pub outline: &'m Outline,
     lines: [Line; 2],
+    /// It bends too much for a series.
+    pub tight: bool,
     /// Where it bends too much for its distance to tell the level.
     pub saddle: Option<Saddle>,
 }
 
 impl Seen<'_> {
-    /// Whether it bends too much for a series.
-    #[inline]
-    pub fn is_tight(&self) -> bool {
-        self.saddle.is_some()
-    }
-
     #[inline]
     pub fn line(&self, axis: Axis) -> &Line {
         let [row, column] = &self.lines;

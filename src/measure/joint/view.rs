@@ -121,7 +121,8 @@ impl<'s> View<'s> {
         };
         let (cosine, change) = (passage.cosines.0, passage.change.0);
         let near = scale(passage.at.abs(), cosine.abs()) <= MAX_DISTANCE;
-        let wide = track.own.is_tight() || 4 * MIN_HALF_CHORD.1 * cosine.abs() >= MIN_HALF_CHORD.0 * change;
+        let wide =
+            track.own.saddle.is_some() || 4 * MIN_HALF_CHORD.1 * cosine.abs() >= MIN_HALF_CHORD.0 * change;
         if rising != ((cosine > 0) == track.dark_inside) || !near || !wide {
             return None;
         }
@@ -133,7 +134,7 @@ impl<'s> View<'s> {
         let third = -((scale(bend, cosine) * second) >> 15);
         // In 1/16 of the unit of the others, because it is small.
         let cube = || (((second * bend) >> 12) * bend + BEND / 2) >> 16;
-        let fourth = if track.own.is_tight() { 0 } else { scale(cube(), 5 * square - ONE) };
+        let fourth = if track.own.tight { 0 } else { scale(cube(), 5 * square - ONE) };
         let series = [scale(cosine, scene.sharpness), second, third, fourth];
         Some(Self {
             scene,
@@ -176,7 +177,7 @@ impl<'s> View<'s> {
         // Standard deviations of the blur: where the level of one half is, and so many beyond the edge.
         let (mut leads, mut beyond) = ([scene.lead(self.bend); NEAR], [0; NEAR]);
         for i in 0..NEAR {
-            if !self.track.own.is_tight() {
+            if !self.track.own.tight {
                 beyond[i] = self.beyond(near_place(i));
             } else if own[i] {
                 match self.deviations(&self.track.own, near_place(i)) {
@@ -332,7 +333,7 @@ impl<'s> View<'s> {
     #[inline]
     fn tail(&self, side: i32, bright: bool, log: u32) -> i32 {
         let scene = self.scene;
-        let z = if self.track.own.is_tight() {
+        let z = if self.track.own.tight {
             let Some((z, lead)) = self.deviations(&self.track.own, side * FAR) else { return 0 };
             z + lead
         } else {
