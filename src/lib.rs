@@ -33,7 +33,7 @@
 //! | --- | --- | --- |
 //! | `arcs` | circles are refused that are partly hidden, that something touches, or that the frame cuts | 30.0 to 42.3 |
 //! | `camera` | there is no [`Settings::camera`](Settings#structfield.camera), so no undistorted fit and no normal | 8.3 to 17.7 |
-//! | `joint` | each circle is measured by itself: more error, most where targets are small, tight or blurred | 22.0 to 34.4 |
+//! | `joint` | each circle is measured by itself: more error, most where targets are small, tight or blurred | 22.1 to 34.4 |
 //!
 //! Off by default: `defmt` (logs and `Format`), `hal` (the module `head`).
 //!
