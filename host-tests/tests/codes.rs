@@ -3,7 +3,7 @@
 mod common;
 
 use common::detect_with;
-use concentric::{Code, Image, Settings, Target, TargetSpec, code};
+use concentric::{Code, Flags, Image, Settings, Target, TargetSpec, code};
 use concentric_host::{
     layout::CodeName,
     measure::{distance, px},
@@ -279,6 +279,10 @@ fn errors(radius: f64, tilt: f64, with: bool) -> (f64, f64) {
         let frame = one.render(seed);
         let targets = read(&frame, Settings::new(spec()).code(Code::cct14()));
         let [target] = targets.as_slice() else { return None };
+        // One that is taken for partly hidden counts as not found.
+        if target.flags.contains(Flags::OCCLUDED) {
+            return None;
+        }
         let truth = &frame.truth.targets[0];
         let variance = target.covariance.xx + target.covariance.yy;
         Some((distance(px(target.centre), [truth.x, truth.y]), f64::from(variance)))
@@ -308,6 +312,6 @@ fn a_code_costs_hardly_any_accuracy() {
 fn a_code_too_near_makes_the_centre_less_sure() {
     for (radius, tilt) in [(10.0, 20.0), (15.0, 60.0)] {
         let (plain, coded) = (errors(radius, tilt, false), errors(radius, tilt, true));
-        assert!(coded.0 < 3.2 * plain.0 && coded.0 < 1.3 * coded.1, "radius {radius} tilt {tilt}");
+        assert!(coded.0 < 3.0 * plain.0 && coded.0 < 1.3 * coded.1, "radius {radius} tilt {tilt}");
     }
 }
