@@ -136,7 +136,6 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
         }
         let Summary { width, height, .. } = self.summary;
         self.regions = Regions::new(regions, (width, height)).map_err(|at| FrameError::Region { at })?;
-        self.summary.limited = true;
         Ok(self)
     }
 
@@ -275,7 +274,8 @@ impl<'d, 's, O: Observer> Scan<'d, 's, O> {
     fn summary(&self) -> Summary {
         let Scanner { outlines, pool, dropped, .. } = &self.detector.scanner;
         let used = Used { outlines: outlines.used(), crossings: pool.used() };
-        Summary { dropped: *dropped, unsearched: self.waiting.unsearched, used, ..self.summary }
+        let (limited, unsearched) = (!self.regions.are_all(), self.waiting.unsearched);
+        Summary { limited, dropped: *dropped, unsearched, used, ..self.summary }
     }
 
     fn reject(&mut self, label: u16, cause: Reject) {

@@ -76,6 +76,7 @@ pub mod coplanar;
 mod detector;
 mod edge;
 mod fit;
+mod fixed;
 #[cfg(feature = "hal")]
 pub mod head;
 mod list;

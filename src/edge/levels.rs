@@ -6,8 +6,8 @@ use super::place::{Blur, Sharpness};
 use super::profile::{Blurred, PEAK, mean_tail};
 use super::{Edges, Lines};
 use crate::fit::{Factor, Shape, Spread};
+use crate::fixed::{GREY, ONE, PX, fixed, scale};
 use crate::math;
-use crate::measure::joint::fixed::{GREY, ONE, PX, fixed, scale};
 use crate::scan::{Axis, Crossing, Pool};
 
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.

@@ -2,12 +2,8 @@
 
 use super::Levels;
 use super::local::Local;
-use crate::measure::joint::fixed::{GREY, ONE, fixed, scale};
+use crate::fixed::{GREY, LEAST_LIGHT, MOST_LIGHT, ONE, fixed, scale};
 use crate::scan::Axis;
-
-/// Light that is calculated with, for the room of its products.
-const LEAST_LIGHT: i32 = ONE / 4;
-const MOST_LIGHT: i32 = ONE * 3 / 2;
 
 /// [`Levels`] in integers.
 pub(super) struct Light {

@@ -1,9 +1,9 @@
-//! A crossing as seen from its edge, in the integers of [`fixed`](crate::measure::joint::fixed).
+//! A crossing as seen from its edge, in the integers of [`fixed`](crate::fixed).
 
 use super::MAX_GAP;
 use super::profile::{Blurred, normal_fixed};
 use super::trace::Trace;
-use crate::measure::joint::fixed::{ONE, PX, scale};
+use crate::fixed::{ONE, PX, scale};
 use crate::scan::{Axis, Crossing};
 
 /// Farthest that a crossing may lie from its outline's ellipse, px.

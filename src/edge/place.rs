@@ -5,7 +5,7 @@ use super::local::{Local, NEAR};
 use super::profile::{Blurred, normal_fixed};
 use super::{Edges, Levels, Lines};
 use crate::fit::Spread;
-use crate::measure::joint::fixed::{ONE, PX, fixed, scale};
+use crate::fixed::{ONE, PX, fixed, scale};
 use crate::scan::{Crossing, EdgePoint, Pool};
 
 /// Most Gauss-Newton steps for an edge point.

@@ -1,8 +1,8 @@
 //! An ellipse as rows or columns pass it, in integers of 32 bits: good to 1/8000 of its size.
 
 use crate::fit::{Frame, Shape};
+use crate::fixed::{BEND, Inverse, ONE, PX, fixed, scale};
 use crate::math;
-use crate::measure::joint::fixed::{BEND, Inverse, ONE, PX, fixed, scale};
 
 /// Bits of places in the frame where the ellipse is the unit circle, and of those that are multiplied there.
 const PLACE: u32 = 26;

@@ -6,11 +6,11 @@
 //! Image Process. 18); the normal matrix is then the inverse covariance of the five terms for a unit variance of the
 //! edge.
 
+use super::line::{Line, PLACE};
 use super::shape::{Frame, Shape};
 use super::solve::{Factor, Matrix};
+use crate::fixed::{Inverse, PX, wide};
 use crate::math;
-use crate::measure::joint::fixed::{Inverse, PX, wide};
-use crate::measure::joint::line::{Line, PLACE};
 use crate::target::Covariance;
 
 /// Terms of the conic: (u^2 - v^2, 2 u v, u^2 + v^2, u, v).

@@ -4,11 +4,12 @@
 //! 2. [`Adjustment`]: one reweighted Gauss-Newton step in the frame where that ellipse is the unit circle. It puts
 //!    geometric instead of algebraic weights on the points and gives residual and covariance.
 //!
-//! Sums are whole numbers, systems are solved in f32. [`Rough`] is for the search of arcs, too; [`Spread`] a robust standard
+//! [`Line`] is an ellipse as rows or columns pass it, in integers. Sums are whole numbers, systems are solved in f32. [`Rough`] is for the search of arcs, too; [`Spread`] a robust standard
 //! deviation.
 
 mod adjust;
 mod concentric;
+mod line;
 mod rough;
 mod shape;
 mod solve;
@@ -16,6 +17,7 @@ mod spread;
 
 pub(crate) use adjust::{Adjusted, Adjustment, CENTRE_TERMS};
 pub(crate) use concentric::{Concentric, ConcentricAdjustment, ConcentricStep};
+pub(crate) use line::{Border, Line, Passage};
 pub(crate) use rough::{Rough, rough};
 pub(crate) use shape::{Frame, Shape};
 pub(crate) use solve::{Factor, Matrix};

@@ -2,7 +2,7 @@
 
 use super::shape::Shape;
 use super::solve::{Factor, Matrix};
-use crate::measure::joint::fixed::{PX, fixed};
+use crate::fixed::{PX, fixed};
 
 /// Number of monomials up to the fourth order.
 const MONOMIALS: usize = 15;

@@ -1,13 +1,13 @@
 //! One edge: its edge points to an ellipse.
 
 use super::Light;
-use super::joint::fixed::{PX, fixed};
 use super::origin::Origin;
 use super::sectors::{Marks, PARTS, PLACES, SectorLight, Sectors, sector_of};
 use crate::abilities::ARCS;
 use crate::arcs;
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Adjustment, Shape, Spread, rough};
+use crate::fixed::{PX, fixed};
 use crate::math;
 use crate::reject::Reject;
 use crate::scan::{Axis, Crossing, CrossingList, EdgePoint, Pool};

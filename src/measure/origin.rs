@@ -1,9 +1,9 @@
 //! The integer pixel about which a target is measured, and the lens before it.
 
-use super::joint::fixed::{PX, fixed};
 use crate::abilities::CAMERA;
 use crate::camera::{Camera, Local};
 use crate::fit::Shape;
+use crate::fixed::{PX, fixed};
 use crate::target::{Circle, Covariance, Position, Target};
 
 /// Edge points have 1/256 px.

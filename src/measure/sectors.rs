@@ -1,6 +1,6 @@
 //! Where around an ellipse there are edge points, how far from it they are there, and in what light.
 
-use super::joint::fixed::{Inverse, sector};
+use crate::fixed::{Inverse, sector};
 use crate::math;
 use crate::settings::limits;
 

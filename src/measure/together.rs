@@ -5,11 +5,11 @@
 
 use super::combine::{combine, measured_perspective};
 use super::ellipse::{Fitted, FittedList, NEAR, PASSES, Source, alone, even_sectors, judge};
-use super::joint::fixed::{ONE, PX, fixed};
 use super::origin::Origin;
 use super::sectors::{Sectors, sector_of};
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Concentric, ConcentricAdjustment, ConcentricStep, Shape, Spread};
+use crate::fixed::{ONE, PX, fixed};
 use crate::list::list;
 use crate::math;
 use crate::reject::Reject;

@@ -3,11 +3,11 @@
 //! In the units of the sums, a unit of an outline's terms moves its edge by half its semi-major axis, the light's slopes are those
 //! over [`Scene::unit`] with 256 grey levels, and the logarithm of the blur changes levels by the contrast.
 
-use super::fixed::{GREY, ONE, scale, unit, wide};
 use super::scene::Scene;
 use super::view::{Far, View};
 use crate::appearance::{OWN, SHARED};
 use crate::fit::Matrix;
+use crate::fixed::{GREY, ONE, scale, unit, wide};
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 

@@ -1,10 +1,10 @@
 //! Where the axis of a crossing passes an ellipse, in f32: where a lens distorts the image, and where edges bend much or blur into
 //! each other.
 
-use super::fixed::{BEND, ONE, PX, fixed};
-use super::line;
 use crate::appearance::Outline;
+use crate::fit;
 use crate::fit::Shape;
+use crate::fixed::{BEND, ONE, PX, fixed};
 use crate::math;
 use crate::measure::Origin;
 use crate::scan::Axis;
@@ -59,14 +59,14 @@ impl Place {
     }
 
     /// Where the axis passes an outline.
-    pub fn passage(&self, outline: &Outline) -> Option<line::Passage> {
+    pub fn passage(&self, outline: &Outline) -> Option<fit::Passage> {
         let passage = Passage::new(&outline.shape, self.middle, &self.axes)?;
         let (a, _) = outline.shape.semi_axes();
         let inverse = 1.0 / passage.norm;
         let share = |x: f32| fixed(x * inverse, ONE);
         let change = |x: f32| bounded(x * inverse, 1.0, BEND);
         let (u, v) = outline.frame.vector(passage.from_centre.0, passage.from_centre.1);
-        Some(line::Passage {
+        Some(fit::Passage {
             at: bounded(passage.at, AWAY, PX),
             cosines: (share(passage.gradient.0), share(passage.gradient.1)),
             change: (change(passage.change.0), change(passage.change.1)),

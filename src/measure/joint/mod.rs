@@ -11,8 +11,6 @@
 
 mod arrow;
 mod exact;
-pub(crate) mod fixed;
-pub(crate) mod line;
 mod scene;
 mod solve;
 mod start;
@@ -27,12 +25,12 @@ use super::{Light, check_contrast};
 use crate::appearance::{Model, Outline, Step};
 use crate::edge::{Edge, Edges};
 use crate::fit::{Adjusted, Spread};
+use crate::fixed::{GREY, fixed, sector};
 use crate::math;
 use crate::scan::Pool;
 use crate::settings::limits;
 use crate::target::MAX_CIRCLES;
 use arrow::{Arrow, PARTS, Part};
-use fixed::{GREY, fixed, sector};
 use heapless::Vec;
 use scene::{Scene, Track};
 use solve::Solved;

@@ -1,8 +1,8 @@
 //! A model, prepared for the crossings of its outlines.
 
-use super::fixed::{GREY, ONE, PX, fixed, scale};
-use super::line::{Border, Line};
 use crate::appearance::{Model, Outline, Saddle};
+use crate::fit::{Border, Line};
+use crate::fixed::{GREY, ONE, PX, fixed, scale};
 use crate::scan::Axis;
 
 /// Standard deviations of the blur beyond which an edge is over, ...
@@ -110,7 +110,12 @@ impl<'m> Scene<'m> {
     fn seen<'o>(&self, outline: &'o Outline) -> Option<Seen<'o>> {
         let (shape, blur) = (&outline.shape, self.model.blur);
         let saddle = if Saddle::is_tightest(shape, blur) { Saddle::new(shape, blur) } else { None };
-        Some(Seen { outline, lines: Line::both(outline)?, tight: self.is_tight(outline), saddle })
+        Some(Seen {
+            outline,
+            lines: Line::both(shape, &outline.frame, outline.minor)?,
+            tight: self.is_tight(outline),
+            saddle,
+        })
     }
 
     /// Outline `k` as crossings see it. `None` if there is no such ellipse.

@@ -1,10 +1,10 @@
 //! The step that the sums of a pass ask for: the arrow is solved block by block.
 
 use super::arrow::{Arrow, Block, RIGHT_BITS, SUM_BITS};
-use super::fixed::{GREY, ONE};
 use super::scene::Scene;
 use crate::appearance::{OWN, SHARED, Spread, Step};
 use crate::fit::{CENTRE_TERMS, Factor, Matrix};
+use crate::fixed::{GREY, ONE};
 use crate::list::list;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;

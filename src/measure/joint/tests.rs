@@ -4,14 +4,14 @@ mod tight;
 
 use super::arrow::{Arrow, PARTS, Part};
 use super::exact::{Axes, Passage, Place, distance};
-use super::fixed::{BEND, ONE, PX, sector, unit};
-use super::line::{Border, Line};
 use super::scene::Scene;
 use super::solve::Solved;
 use super::view::View;
 use crate::appearance::{Model, OWN, Outline, SHARED, Step};
 use crate::edge::normal;
+use crate::fit::{Border, Line};
 use crate::fit::{Factor, Shape};
+use crate::fixed::{BEND, ONE, PX, sector, unit};
 use crate::measure::Origin;
 use crate::scan::{Axis, Crossing, NEAR, Stretch};
 use std::vec::Vec;
@@ -239,7 +239,7 @@ fn integers_find_the_passage() {
     let (mut worst, mut count) = ([0.0f32; 9], 0);
     for (a, b, theta) in [(9.0, 8.0, 0.3), (30.0, 15.0, 1.0), (60.0, 45.0, 2.5), (400.0, 190.0, 0.7)] {
         let outline = Outline::new(shape(a, b, theta), -1.0).unwrap();
-        let [row, column] = Line::both(&outline).unwrap();
+        let [row, column] = Line::both(&outline.shape, &outline.frame, outline.minor).unwrap();
         for line in -420..=420 {
             for (axis, seen) in [(Axis::Row, &row), (Axis::Column, &column)] {
                 let axes = Axes { along: (1.0, 0.0), across: (0.0, 1.0) };
@@ -293,7 +293,7 @@ fn integers_tell_the_distance() {
         [(2.2, 2.0, 0.3), (6.0, 3.0, 1.0), (12.0, 10.0, 2.5), (60.0, 30.0, 0.7), (400.0, 190.0, 2.0)]
     {
         let outline = Outline::new(shape(a, b, theta), -1.0).unwrap();
-        let [row, column] = Line::both(&outline).unwrap();
+        let [row, column] = Line::both(&outline.shape, &outline.frame, outline.minor).unwrap();
         for i in 0..2000 {
             let (sin, cos) = libm::sincosf(i as f32 * 0.37);
             let far = (b.min(5.0) * (2.0 * (i % 41) as f32 / 41.0 - 0.8)).max(-0.8 * b);

@@ -2,11 +2,11 @@
 
 use super::arrow::{Place, Sums};
 use super::exact;
-use super::fixed::{BEND, GREY, ONE, PX, fixed, scale};
-use super::line::Passage;
 use super::scene::{Scene, Seen, Track};
 use crate::appearance::Saddle;
 use crate::edge::normal_fixed;
+use crate::fit::Passage;
+use crate::fixed::{BEND, GREY, LEAST_LIGHT, MOST_LIGHT, ONE, PX, fixed, scale};
 use crate::measure::Origin;
 use crate::scan::{Axis, Crossing, NEAR};
 
@@ -26,10 +26,6 @@ const OVER: i32 = 7 * PX / 2;
 
 /// Farthest that is told from each other, standard deviations of the blur with the unit of lengths.
 const AWAY: f32 = 16.0 * PX as f32;
-
-/// Light that is calculated with, for the room of its products.
-const LEAST_LIGHT: i32 = ONE / 4;
-const MOST_LIGHT: i32 = ONE * 3 / 2;
 
 /// A crossing, its edge and the model.
 pub(super) struct View<'s> {

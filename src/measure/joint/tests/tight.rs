@@ -2,12 +2,12 @@
 
 extern crate std;
 
-use super::super::fixed::GREY;
 use super::super::scene::Scene;
 use super::super::view::View;
 use super::{origin, shape};
 use crate::appearance::{Model, Outline};
 use crate::fit::Shape;
+use crate::fixed::GREY;
 use crate::scan::{Axis, Crossing, NEAR, Stretch};
 use std::vec::Vec;
 

@@ -1,8 +1,7 @@
 //! Where the axis of a crossing passes an ellipse, in integers: for an image without distortion.
 
-use super::fixed::{BEND, Inverse, ONE, PX, fixed, reciprocal, scale, wide};
-use crate::appearance::Outline;
-use crate::fit::{Frame, Shape};
+use super::shape::{Frame, Shape};
+use crate::fixed::{BEND, Inverse, ONE, PX, fixed, reciprocal, scale, wide};
 use crate::math;
 
 /// Bits of the frame of an ellipse, and of places in it.
@@ -90,10 +89,9 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// For rows and for columns. `None` if it is no ellipse.
-    pub fn both(outline: &Outline) -> Option<[Self; 2]> {
-        let shape = &outline.shape;
-        let (row, column) = (outline.frame, Frame::new(&shape.transposed())?);
+    /// For rows, whose frame is `row`, and for columns; `minor` is the semi-minor axis, px. `None` if it is no ellipse.
+    pub fn both(shape: &Shape, row: &Frame, minor: f32) -> Option<[Self; 2]> {
+        let column = Frame::new(&shape.transposed())?;
         let across = 1.0 / (column.l0 * column.l2);
         let turn = [
             row.l1 / column.l0,
@@ -101,9 +99,8 @@ impl Line {
             row.l2 / column.l0,
             -row.l2 * column.l1 * across,
         ];
-        let minor = outline.minor;
         Some([
-            Self::new(shape, &row, minor, [1.0, 0.0, 0.0, 1.0]),
+            Self::new(shape, row, minor, [1.0, 0.0, 0.0, 1.0]),
             Self::new(&shape.transposed(), &column, minor, turn),
         ])
     }

@@ -1,4 +1,4 @@
-//! Numbers of the passes over the crossings: integers of 32 bits, for processors that have no others.
+//! Numbers of the passes over crossings and edge points: integers of 32 bits, for processors that have no others.
 //!
 //! | what | one is |
 //! | --- | --- |
@@ -13,6 +13,10 @@ pub(crate) const ONE: i32 = 1 << 14;
 pub(crate) const PX: i32 = 1 << 12;
 pub(crate) const GREY: i32 = 1 << 6;
 pub(crate) const BEND: i32 = 1 << 16;
+
+/// Light that is calculated with, for the room of its products.
+pub(crate) const LEAST_LIGHT: i32 = ONE / 4;
+pub(crate) const MOST_LIGHT: i32 = ONE * 3 / 2;
 
 /// `x` where one is `one`; saturates.
 pub(crate) fn fixed(x: f32, one: i32) -> i32 {
