@@ -148,7 +148,7 @@ impl Search<'_> {
             let expected = self.expected(&map);
             let (next, rest) = self.frontier(&open, &paired);
             for target in next {
-                if let Near::One(measured) = self.near(target, &expected, REACH, f64::INFINITY, &paired) {
+                if let Near::One(measured) = self.near(target, &expected, f64::INFINITY, &paired) {
                     paired[target] = Some(measured);
                 }
             }
@@ -162,7 +162,7 @@ impl Search<'_> {
             let blank = vec![None; paired.len()];
             ambiguous.clear();
             for target in 0..paired.len() {
-                let near = self.near(target, &expected, REACH, gate, &blank);
+                let near = self.near(target, &expected, gate, &blank);
                 paired[target] = if let Near::One(measured) = near { Some(measured) } else { None };
                 if matches!(near, Near::Several) {
                     ambiguous.push(target);
@@ -203,17 +203,16 @@ impl Search<'_> {
         places.iter().enumerate().map(expected).collect()
     }
 
-    /// What lies within `reach` (in spacings) and `gate` (px) of `target` and may be it.
+    /// What lies within [`REACH`] and `gate` (px) of `target` and may be it.
     fn near(
         &self,
         target: usize,
         expected: &[Option<Expected>],
-        reach: f64,
         gate: f64,
         paired: &[Option<usize>],
     ) -> Near {
         let Some(here) = expected[target] else { return Near::Nothing };
-        let limit = (reach * here.spacing).min(gate);
+        let limit = (REACH * here.spacing).min(gate);
         let free = |measured: &usize| !paired.contains(&Some(*measured));
         let within = |measured: &usize| distance(self.measured[*measured].centre, here.place) <= limit;
         let may = |measured: &usize| {

@@ -48,11 +48,11 @@ impl Mark {
 
     /// Draws the mark, `size` px from its middle to its rim, on a dark rim of its own.
     pub fn draw(self, canvas: &mut Canvas, at: [f32; 2], size: f32) {
-        self.strokes(canvas, at, size, [0, 0, 0], 3.5);
-        self.strokes(canvas, at, size, self.colour(), 1.5);
+        self.strokes(canvas, at, size, ([0, 0, 0], 3.5));
+        self.strokes(canvas, at, size, (self.colour(), 1.5));
     }
 
-    fn strokes(self, canvas: &mut Canvas, [x, y]: [f32; 2], r: f32, colour: Colour, width: f32) {
+    fn strokes(self, canvas: &mut Canvas, [x, y]: [f32; 2], r: f32, (colour, width): (Colour, f32)) {
         match self {
             Mark::Outer => canvas.polygon(
                 &[[x - r, y - r], [x + r, y - r], [x + r, y + r], [x - r, y + r]],

@@ -1,91 +1,13 @@
-//! The program as a user meets it: what it prints, its exit codes, its messages.
+//! The command `detect`.
 
-use std::{
-    io::Write,
-    path::{Path, PathBuf},
-    process::{Command, Output, Stdio},
-};
+use std::{io::Write, process::Stdio};
 
 use concentric::{Settings, TargetSpec};
-use concentric_host::{detect, measure::px, picture::Picture, render::Scene};
-use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use concentric_host::{detect, measure::px, picture::Picture};
+use image::{ExtendedColorType, ImageEncoder};
 use serde_json::Value;
-use tempfile::TempDir;
 
-/// True centre of the target in [`Folder::photo`], px.
-const CENTRE: [f64; 2] = [640.3, 511.8];
-
-/// A folder with images, in which the program runs.
-struct Folder(TempDir);
-
-impl Folder {
-    fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) {
-        std::fs::write(self.path(name), bytes).unwrap();
-    }
-
-    /// A rendered annulus of ratio 0.5 as PNG.
-    fn photo(&self, name: &str) -> Vec<u8> {
-        let frame = Scene::single(30.0, 40.0, 20.0, [CENTRE[0] - 640.0, CENTRE[1] - 512.0]).render(7);
-        let file = png(&frame.pixels, frame.width as u32, frame.height as u32);
-        self.write(name, &file);
-        file
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_concentric"));
-        command.args(arguments).current_dir(self.0.path()).stdin(Stdio::null());
-        command
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        self.command(arguments).output().unwrap()
-    }
-}
-
-fn png(pixels: &[u8], width: u32, height: u32) -> Vec<u8> {
-    let mut file = Vec::new();
-    PngEncoder::new(&mut file).write_image(pixels, width, height, ExtendedColorType::L8).unwrap();
-    file
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
-
-/// Asserts that `output` is a refusal with one line that has all of `parts`.
-fn assert_refused(output: &Output, parts: &[&str]) {
-    let message = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{message}");
-    assert_eq!(message.trim_end().lines().count(), 1, "{message}");
-    for part in parts {
-        assert!(message.contains(part), "no `{part}` in: {message}");
-    }
-}
-
-fn json(output: &Output) -> Vec<Value> {
-    text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-}
-
-#[test]
-fn help_and_version() {
-    let folder = Folder::new();
-    let help = text(&folder.run(&["--help"]).stdout);
-    for word in ["detect", "render", "monitor", "accuracy", "paper", "demo", "Examples:"] {
-        assert!(help.contains(word), "{help}");
-    }
-    assert_eq!(
-        text(&folder.run(&["--version"]).stdout),
-        format!("concentric {}\n", env!("CARGO_PKG_VERSION"))
-    );
-}
+use super::support::{CENTRE, Folder, assert_refused, json, png, size, text};
 
 #[test]
 fn bad_ratios_name_the_range() {
@@ -352,10 +274,6 @@ fn a_reader_that_leaves_early_is_no_failure() {
     assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
 }
 
-fn size(path: &Path) -> (u32, u32) {
-    image::image_dimensions(path).unwrap()
-}
-
 #[test]
 fn overlays_are_written_beside_each_other() {
     let folder = Folder::new();
@@ -371,69 +289,5 @@ fn overlays_are_written_beside_each_other() {
     assert_refused(
         &folder.run(&["detect", "--overlay", "none/x.png", "a.png"]),
         &["none/x.png", "cannot be written"],
-    );
-}
-
-#[test]
-fn the_demo_shows_why() {
-    let folder = Folder::new();
-    let output = folder.run(&[]);
-    let printed = text(&output.stdout);
-    assert_eq!(output.status.code(), Some(0), "{printed}{}", text(&output.stderr));
-    assert!(printed.contains("concentric-demo.png") && printed.contains(" 0 false"), "{printed}");
-    let rms = printed.lines().find_map(|line| line.trim_start().strip_prefix("RMS")).unwrap();
-    let rms: Vec<f64> = rms.split_whitespace().map(|cell| cell.parse().unwrap()).collect();
-    let [outer, eq7, exact, sigma] = rms[..] else { panic!("{rms:?}") };
-    assert!(outer > 0.5 && exact < outer / 50.0 && eq7 < outer / 20.0 && sigma < 0.05, "{rms:?}");
-    assert!(size(&folder.path("concentric-demo.png")).0 > 1280);
-    assert_eq!(folder.run(&["demo", "--out", "other.png"]).status.code(), Some(0));
-    assert!(folder.path("other.png").exists());
-    assert_eq!(folder.run(&["demo", "--out", "other.bmp"]).status.code(), Some(2));
-}
-
-#[test]
-fn accuracy_writes_where_it_is_told() {
-    let folder = Folder::new();
-    let few = ["accuracy", "--quick", "--cell", "size: R10 w0", "--frames", "5", "--method", "none,exact"];
-    let output = folder.run(&few);
-    let table = text(&output.stdout);
-    assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
-    assert!(
-        ["none\n", "exact\n", "size: R10 w0\n", "RMS / bound"].iter().all(|part| table.contains(part)),
-        "{table}"
-    );
-    assert_eq!(std::fs::read_dir(folder.0.path()).unwrap().count(), 0, "nothing is written with --cell");
-
-    let output = folder.run(&[&few[..], &["--out", "new/folder"]].concat());
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let page = std::fs::read_to_string(folder.path("new/folder/accuracy.md")).unwrap();
-    assert!(page.contains("| R10 w0 | 5 | 5 |"), "{page}");
-    let lines = std::fs::read_to_string(folder.path("new/folder/accuracy.csv")).unwrap();
-    let columns: Vec<_> = lines.lines().map(|line| line.split(',').count()).collect();
-    assert!(columns.len() > 2 && columns.iter().all(|count| *count == columns[0]), "{lines}");
-    for plot in ["bound.svg", "sigma.svg"] {
-        let svg = std::fs::read_to_string(folder.path("new/folder").join(plot)).unwrap();
-        assert!(svg.trim_end().ends_with("</svg>") && page.contains(plot));
-    }
-}
-
-#[test]
-fn accuracy_refuses_what_it_cannot_do() {
-    let folder = Folder::new();
-    folder.write("file", b"");
-    for (arguments, parts) in [
-        (&["--frames", "0"][..], &["--frames", "0 is not in 1..="][..]),
-        (&["--frames", "many"], &["--frames", "many"]),
-        (&["--method", "best"], &["--method", "best", "exact"]),
-    ] {
-        let output = folder.run(&[&["accuracy", "--quick"], arguments].concat());
-        let message = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{message}");
-        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
-    }
-    assert_refused(&folder.run(&["accuracy", "--cell", "R1000"]), &["--cell R1000", "no cell"]);
-    assert_refused(
-        &folder.run(&["accuracy", "--out", "file/below"]),
-        &["cannot write to the folder file/below"],
     );
 }

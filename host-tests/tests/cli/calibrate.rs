@@ -1,14 +1,7 @@
-//! The command `calibrate` as a user meets it.
+//! The command `calibrate`.
 
-mod common;
+use std::sync::OnceLock;
 
-use std::{
-    path::PathBuf,
-    process::{Command, Output},
-    sync::OnceLock,
-};
-
-use common::boards::{coded_board, rendered, small_camera};
 use concentric::report::{Detail, Report, max_len};
 use concentric_host::{
     calibrate::input::Measuring,
@@ -17,7 +10,9 @@ use concentric_host::{
     render::{Frame, Pose, Scene},
 };
 use serde_json::Value;
-use tempfile::TempDir;
+
+use super::common::boards::{coded_board, rendered, small_camera};
+use super::support::{Folder, assert_error, text};
 
 /// Pictures of the board.
 fn views() -> &'static [Frame] {
@@ -25,50 +20,21 @@ fn views() -> &'static [Frame] {
     VIEWS.get_or_init(|| rendered(8))
 }
 
-/// A folder with the layout, in which the program runs.
-struct Folder(TempDir);
-
-impl Folder {
-    fn new() -> Self {
-        let folder = Self(tempfile::tempdir().unwrap());
-        coded_board().write(&folder.path("board.txt")).unwrap();
-        folder
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn picture(&self, name: &str, frame: &Frame) {
-        let (width, height) = (frame.width as u32, frame.height as u32);
-        image::GrayImage::from_raw(width, height, frame.pixels.clone())
-            .unwrap()
-            .save(self.path(name))
-            .unwrap();
-    }
-
-    /// The folder `views` with so many of the views.
-    fn with_views(count: usize) -> Self {
-        let folder = Self::new();
-        std::fs::create_dir(folder.path("views")).unwrap();
-        for (index, frame) in views()[..count].iter().enumerate() {
-            folder.picture(&format!("views/{index}.png"), frame);
-        }
-        folder
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_str(&std::fs::read_to_string(self.path(name)).unwrap()).unwrap()
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_concentric"));
-        command.args(arguments).current_dir(self.0.path()).output().unwrap()
-    }
+/// A folder with the layout.
+fn with_board() -> Folder {
+    let folder = Folder::new();
+    coded_board().write(&folder.path("board.txt")).unwrap();
+    folder
 }
 
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
+/// The same with the folder `views`, which has so many of the views.
+fn with_views(count: usize) -> Folder {
+    let folder = with_board();
+    std::fs::create_dir(folder.path("views")).unwrap();
+    for (index, frame) in views()[..count].iter().enumerate() {
+        folder.picture(&format!("views/{index}.png"), frame);
+    }
+    folder
 }
 
 /// Of the parameters in a camera's file, in its standard deviation.
@@ -93,7 +59,7 @@ fn largest_error(file: &Value) -> f64 {
 
 #[test]
 fn pictures_tell_the_camera() {
-    let folder = Folder::with_views(8);
+    let folder = with_views(8);
     let output = folder.run(&[
         "calibrate",
         "--layout",
@@ -108,7 +74,7 @@ fn pictures_tell_the_camera() {
     assert!(output.status.success() && notes.is_empty(), "{notes}");
     assert!(table.contains("points in 8 views"), "{table}");
     // A few of the 504 may be not found or left out.
-    let file = folder.json("camera.json");
+    let file = folder.read_json("camera.json");
     assert!(file["points"].as_u64().unwrap() >= 490, "{table}");
     let largest = largest_error(&file);
     assert!(largest < 3.0, "{largest} {table}");
@@ -120,7 +86,7 @@ fn pictures_tell_the_camera() {
 
 #[test]
 fn centres_of_ellipses_need_their_correction() {
-    let folder = Folder::with_views(8);
+    let folder = with_views(8);
     let errors = ["eq7", "pose", "none"].map(|centre| {
         let output = folder.run(&[
             "calibrate",
@@ -133,14 +99,14 @@ fn centres_of_ellipses_need_their_correction() {
             "views",
         ]);
         assert!(output.status.success(), "{}", text(&output.stderr));
-        largest_error(&folder.json("c.json"))
+        largest_error(&folder.read_json("c.json"))
     });
     assert!(errors[0] < 3.0 && errors[1] < 3.0 && errors[2] > 5.0, "{errors:?}");
 }
 
 #[test]
 fn a_recording_gives_what_its_pictures_give() {
-    let folder = Folder::with_views(6);
+    let folder = with_views(6);
     let settings = Measuring::new(coded_board()).unwrap().settings;
     let mut stream = Vec::new();
     for (seq, frame) in (0..).zip(&views()[..6]) {
@@ -177,7 +143,7 @@ fn a_recording_gives_what_its_pictures_give() {
 
 #[test]
 fn what_cannot_be_used_is_said() {
-    let folder = Folder::with_views(5);
+    let folder = with_views(5);
     let blank = Scene::empty(small_camera()).render(1);
     folder.picture("blank.png", &blank);
     let output = folder.run(&["calibrate", "--layout", "board.txt", "views", "blank.png"]);
@@ -187,9 +153,7 @@ fn what_cannot_be_used_is_said() {
 
     let refused = |arguments: &[&str], parts: &[&str]| {
         let output = folder.run(&[&["calibrate", "--layout", "board.txt"], arguments].concat());
-        let message = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{message}");
-        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+        assert_error(&output, parts);
         assert!(output.stdout.is_empty());
     };
     refused(&["views/0.png", "views/1.png", "views/2.png"], &["3 views;", "4 or more"]);
@@ -211,7 +175,7 @@ fn what_cannot_be_used_is_said() {
 
 #[test]
 fn frontal_views_are_refused() {
-    let folder = Folder::new();
+    let folder = with_board();
     std::fs::create_dir(folder.path("views")).unwrap();
     for index in 0..5 {
         let distance = 410.0 + 20.0 * f64::from(index);
@@ -220,24 +184,17 @@ fn frontal_views_are_refused() {
         folder.picture(&format!("views/{index}.png"), &scene.render(index as u64));
     }
     let output = folder.run(&["calibrate", "--layout", "board.txt", "views"]);
-    let message = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{message}");
-    assert!(
-        message.contains("the views do not tell") && message.contains("normals differ by at most"),
-        "{message}"
-    );
+    assert_error(&output, &["the views do not tell", "normals differ by at most"]);
 }
 
 #[test]
 fn wrong_layouts_name_the_line() {
-    let folder = Folder::with_views(1);
+    let folder = with_views(1);
     let good = coded_board().text();
     let refused = |layout: &str, parts: &[&str]| {
         std::fs::write(folder.path("bad.txt"), layout).unwrap();
         let output = folder.run(&["calibrate", "--layout", "bad.txt", "views"]);
-        let message = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{message}");
-        assert!(message.contains("bad.txt") && parts.iter().all(|part| message.contains(part)), "{message}");
+        assert_error(&output, &[&["bad.txt"], parts].concat());
     };
     refused(&good.replace("123,", "32,"), &["32", "line"]);
     refused(&good.replacen("6 3", "3 6", 1), &["line 4", "radi"]);

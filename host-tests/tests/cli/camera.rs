@@ -1,52 +1,8 @@
-//! The options `--camera` and `--coplanar` as a user meets them.
+//! The options `--camera` and `--coplanar`.
 
-use std::process::{Command, Output};
+use concentric_host::render::{Artwork, Pose, Scene, TargetTruth};
 
-use concentric_host::render::{Artwork, Frame, Pose, Scene, TargetTruth};
-use serde_json::Value;
-use tempfile::TempDir;
-
-/// True centre of the target in [`photo`], px.
-const CENTRE: [f64; 2] = [640.3, 511.8];
-
-/// An annulus of ratio 0.5 at a tilt of 40 degrees before a camera of f 2580.65 px.
-fn photo() -> Frame {
-    Scene::single(30.0, 40.0, 20.0, [CENTRE[0] - 640.0, CENTRE[1] - 512.0]).render(7)
-}
-
-/// A folder with images, in which the program runs.
-struct Folder(TempDir);
-
-impl Folder {
-    fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) {
-        std::fs::write(self.0.path().join(name), bytes).unwrap();
-    }
-
-    fn picture(&self, name: &str, frame: &Frame) {
-        let (width, height) = (frame.width as u32, frame.height as u32);
-        image::GrayImage::from_raw(width, height, frame.pixels.clone())
-            .unwrap()
-            .save(self.0.path().join(name))
-            .unwrap();
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_concentric"));
-        command.args(arguments).current_dir(self.0.path()).output().unwrap()
-    }
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
-
-fn json(output: &Output) -> Vec<Value> {
-    text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-}
+use super::support::{CENTRE, Folder, assert_error, json, photo, text};
 
 #[test]
 fn a_camera_gives_normals_and_is_checked() {
@@ -67,10 +23,7 @@ fn a_camera_gives_normals_and_is_checked() {
     let plain = json(&folder.run(&["detect", "--json", "a.png"]));
     assert!(plain[0]["targets"][0].get("normal").is_none());
     let refused = |arguments: &[&str], parts: &[&str]| {
-        let output = folder.run(&[&["detect", "a.png"], arguments].concat());
-        let message = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{message}");
-        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+        assert_error(&folder.run(&[&["detect", "a.png"], arguments].concat()), parts);
     };
     refused(&["--camera", "bad.json"], &["bad.json", "missing field `cy`"]);
     refused(&["--camera", "f=abc"], &["`abc` is no number"]);
