@@ -157,17 +157,20 @@ pub(crate) fn place(crossing: &Crossing, origin: (u16, u16)) -> (i32, i32) {
 /// it noise or blur spreads them all, and what is near is as much wider.
 pub(crate) fn are_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> bool {
     let Some(gauge) = Gauge::new(&arc.shape) else { return true };
-    let mut distances = Vec::<Option<Distance>, MAX_FEWEST>::new();
+    let exceeds = |distance: &Option<Distance>, limit: u32| distance.is_none_or(|d| d.exceeds(limit));
+    let (mut others, mut distances) = (points::count_of_fewest(list), Vec::<_, MAX_FEWEST>::new());
+    let most = others / MOST_OFF;
     for point in points::fewest(list, pool, origin) {
-        let _ = distances.push(gauge.distance_of(&point, arc.dark_inside));
+        let distance = gauge.distance_of(&point, arc.dark_inside);
+        others -= usize::from(!exceeds(&distance, square(NEAR)));
+        // As a rule most are near.
+        if others <= most {
+            return false;
+        }
+        let _ = distances.push(distance);
     }
-    let exceeds = |distance: &&Option<Distance>, limit: u32| distance.is_none_or(|d| d.exceeds(limit));
     let off = |limit: u32| distances.iter().filter(|distance| exceeds(distance, limit)).count();
     let many = |limit: u32| MOST_OFF * off(limit) > distances.len();
-    // Most are near.
-    if !many(square(NEAR)) {
-        return false;
-    }
     // Noise leaves hardly any far away, a dent or a bump does.
     let dented = MOST_FAR * off(TAKEN) > distances.len();
     let fits = |wider: &f32| dented || 2 * off(square(NEAR_SHARE * NEAR * wider)) <= distances.len();
