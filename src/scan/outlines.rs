@@ -230,7 +230,7 @@ impl Outline {
     pub fn add_transition(&mut self, sign: i32, x: u16, y: u16) {
         self.reach(x, y);
         self.balance = self.balance.wrapping_add(sign as i8);
-        let (dx, dy) = self.from_first(x, y);
+        let (dx, dy) = self.since_first(x, y);
         if self.right - self.left < SHORT && y - self.top < SHORT {
             self.moments.add_short(sign, dx, dy);
         } else {
@@ -239,7 +239,7 @@ impl Outline {
     }
 
     /// The place `(x, y)` from the first transition on.
-    fn from_first(&self, x: u16, y: u16) -> (i32, i32) {
+    fn since_first(&self, x: u16, y: u16) -> (i32, i32) {
         (i32::from(x) - i32::from(self.first.0), i32::from(y) - i32::from(self.first.1))
     }
 
@@ -348,10 +348,10 @@ impl<'s> Outlines<'s> {
         let other = *other;
         self.joined = b;
         if let Some(outline) = self.get_mut(a) {
-            let (dx, dy) = outline.from_first(other.first.0, other.first.1);
+            let (dx, dy) = outline.since_first(other.first.0, other.first.1);
             outline.moments.join(&other.moments, (dx.into(), dy.into()));
             // As if the other had been balanced by a transition at its first column, which adds nothing to its own sums.
-            let (_, row) = outline.from_first(0, y);
+            let (_, row) = outline.since_first(0, y);
             outline.moments.add_long(other.balance.into(), dx, row);
             outline.balance = outline.balance.wrapping_add(other.balance);
             outline.left = outline.left.min(other.left);
