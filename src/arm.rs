@@ -23,8 +23,16 @@ pub(crate) fn copy(to: &mut [[u32; 8]], from: &[[u32; 8]]) {
     }
 }
 
+/// Copies a line by way of the registers in `$by`.
+macro_rules! copy_line {
+    ($($by:literal),+) => {
+        concat!($("ldmia r1!, {{", $by, "}}\nstmia r0!, {{", $by, "}}\n"),+)
+    };
+}
+
 /// Copies `count` lines, at least one.
 // SAFETY: the arguments come in r0 to r2; the other registers are the caller's and are given back; every Arm has the instructions.
+#[cfg(not(target_abi = "eabihf"))]
 #[unsafe(naked)]
 unsafe extern "C" fn copy_lines(to: *mut [u32; 8], from: *const [u32; 8], count: usize) {
     naked_asm!(
@@ -32,25 +40,44 @@ unsafe extern "C" fn copy_lines(to: *mut [u32; 8], from: *const [u32; 8], count:
         "lsrs r2, r2, #1",
         "bcc 1f",
         // An odd one.
-        "ldmia r1!, {{r3, r4, r5, r6}}",
-        "stmia r0!, {{r3, r4, r5, r6}}",
-        "ldmia r1!, {{r3, r4, r5, r6}}",
-        "stmia r0!, {{r3, r4, r5, r6}}",
+        copy_line!("r3, r4, r5, r6", "r3, r4, r5, r6"),
         "cmp r2, #0",
         "beq 2f",
         "1:",
-        "ldmia r1!, {{r3, r4, r5, r6}}",
-        "stmia r0!, {{r3, r4, r5, r6}}",
-        "ldmia r1!, {{r3, r4, r5, r6}}",
-        "stmia r0!, {{r3, r4, r5, r6}}",
-        "ldmia r1!, {{r3, r4, r5, r6}}",
-        "stmia r0!, {{r3, r4, r5, r6}}",
-        "ldmia r1!, {{r3, r4, r5, r6}}",
-        "stmia r0!, {{r3, r4, r5, r6}}",
+        copy_line!("r3, r4, r5, r6", "r3, r4, r5, r6"),
+        copy_line!("r3, r4, r5, r6", "r3, r4, r5, r6"),
         "subs r2, r2, #1",
         "bne 1b",
         "2:",
         "pop {{r4, r5, r6, pc}}",
+    )
+}
+
+/// The same with a line in the registers at a time.
+// SAFETY: as above; those with a unit for floating-point numbers have the instructions.
+#[cfg(target_abi = "eabihf")]
+#[unsafe(naked)]
+unsafe extern "C" fn copy_lines(to: *mut [u32; 8], from: *const [u32; 8], count: usize) {
+    naked_asm!(
+        "push {{r4, r5, r6, r7, r8, r9, r10, lr}}",
+        "lsrs r2, r2, #1",
+        "bcc 1f",
+        // An odd one.
+        copy_line!("r3, r4, r5, r6, r7, r8, r9, r10"),
+        "1:",
+        "lsrs r2, r2, #1",
+        "bcc 2f",
+        // An odd pair.
+        copy_line!("r3, r4, r5, r6, r7, r8, r9, r10", "r3, r4, r5, r6, r7, r8, r9, r10"),
+        "2:",
+        "beq 4f",
+        "3:",
+        copy_line!("r3, r4, r5, r6, r7, r8, r9, r10", "r3, r4, r5, r6, r7, r8, r9, r10"),
+        copy_line!("r3, r4, r5, r6, r7, r8, r9, r10", "r3, r4, r5, r6, r7, r8, r9, r10"),
+        "subs r2, r2, #1",
+        "bne 3b",
+        "4:",
+        "pop {{r4, r5, r6, r7, r8, r9, r10, pc}}",
     )
 }
 
@@ -64,13 +91,29 @@ pub(crate) fn calm(strips: &[[u32; 16]], lines: &[[u32; 8]], first: usize, width
     unsafe { calm_strips(strips.as_ptr(), words.as_ptr(), count, width) }
 }
 
+/// Halves the levels in a register.
+#[cfg(not(target_abi = "eabihf"))]
+macro_rules! halve {
+    ($levels:literal) => {
+        concat!("lsrs ", $levels, ", #1\nands ", $levels, ", r3\n")
+    };
+}
+#[cfg(target_abi = "eabihf")]
+macro_rules! halve {
+    ($levels:literal) => {
+        concat!("and ", $levels, ", r3, ", $levels, ", lsr #1\n")
+    };
+}
+
 /// Takes the word so many bytes after r1 into r5 and r6.
 macro_rules! next_word {
     ($at:literal) => {
         concat!(
             "ldr r7, [r1, #",
             $at,
-            "]\nlsrs r7, r7, #1\nands r7, r3\nadds r7, r7, r4\nands r5, r7\nadd r7, r8\norrs r6, r7"
+            "]\n",
+            halve!("r7"),
+            "adds r7, r7, r4\nands r5, r7\nadd r7, r8\norrs r6, r7"
         )
     };
 }
@@ -97,8 +140,7 @@ unsafe extern "C" fn calm_strips(
         "1:",
         "ldr r4, [r0, {window}]",
         "ldr r5, [r1]",
-        "lsrs r5, r5, #1",
-        "ands r5, r3",
+        halve!("r5"),
         "adds r5, r5, r4",
         "mov r6, r5",
         "add r6, r8",

@@ -135,6 +135,12 @@ impl<const BITS: u32> Gauge<BITS> {
     /// Squared distance from the ellipse to first order, 1/1024 px^2; the distance is good to 0.05 px, 3 % of itself and 1/4000
     /// of the major semi-axis together. `None` far away: beyond 2.5 px.
     pub fn square_distance(&self, look: &Look) -> Option<u32> {
+        let Distance { excess, square } = self.distance(look)?;
+        (excess * excess).checked_div(square)
+    }
+
+    /// The same before the division, which small processors do not have.
+    fn distance(&self, look: &Look) -> Option<Distance> {
         let Look { u, v, .. } = *look;
         let excess = (u * u + v * v - (1 << (2 * BITS))).unsigned_abs();
         // 32 px times the gradient.
@@ -144,15 +150,35 @@ impl<const BITS: u32> Gauge<BITS> {
         // What is not near need not be as precise.
         let (excess, square) =
             if excess >> HALF == 0 { (excess, square) } else { (excess >> 2, square >> 4) };
-        if excess >> HALF != 0 {
-            return None;
-        }
-        (excess * excess).checked_div(square)
+        (excess >> HALF == 0).then_some(Distance { excess, square })
     }
 
     /// That of a point beside which the light is on the side that `dark_inside` tells.
     pub fn square_distance_of(&self, point: &Point, dark_inside: bool) -> Option<u32> {
         self.square_distance(&self.look(point).filter(|look| look.dark_inside == dark_inside)?)
+    }
+
+    /// The same as a distance that only compares.
+    pub fn distance_of(&self, point: &Point, dark_inside: bool) -> Option<Distance> {
+        self.distance(&self.look(point).filter(|look| look.dark_inside == dark_inside)?)
+    }
+}
+
+/// How far a point lies from an ellipse.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Distance {
+    /// Has [`HALF`] bits.
+    excess: u32,
+    /// Squared distances are its square over this.
+    square: u32,
+}
+
+impl Distance {
+    /// Whether its square is more than `limit`, below 2^16.
+    pub fn exceeds(&self, limit: u32) -> bool {
+        // Where the product would have more than 32 bits, no excess has a square as large.
+        let most = self.square.min(u32::MAX / (limit + 1));
+        self.square == 0 || self.excess * self.excess >= (limit + 1) * most
     }
 }
 

@@ -27,7 +27,7 @@ use crate::fit::Shape;
 use crate::math;
 use crate::scan::{Crossing, CrossingList, Pool};
 use crate::settings::limits;
-use gauge::{Gauge, square};
+use gauge::{Distance, Gauge, square};
 use heapless::Vec;
 use points::{MAX_FEWEST, Point};
 
@@ -48,8 +48,10 @@ const NEAR_SHARE: f32 = 0.4;
 /// ... or this often where noise or blur spreads them, ...
 const WIDER: [f32; 4] = [1.0, 1.25, 1.6, 2.0];
 const WIDEST: f32 = 2.5;
-/// ... if no larger share of them is farther away than [`TAKEN`].
-const MOST_FAR: f32 = 0.1;
+/// ... if no more than one in so many of them is farther away than [`TAKEN`].
+const MOST_FAR: usize = 10;
+/// One in so many of an ellipse's crossings may lie beside it.
+const MOST_OFF: usize = 5;
 /// Most crossings beside an arc for each one on it: a circle is left at a corner, a polygon's side or a curve that is no
 /// ellipse runs along it.
 const MOST_BESIDE: f32 = 0.4;
@@ -151,21 +153,28 @@ pub(crate) fn place(crossing: &Crossing, origin: (u16, u16)) -> (i32, i32) {
     (x, y)
 }
 
-/// Share of some of the crossings that are not near the arc's ellipse. Where half of them are far from it noise or blur spreads
-/// them all, and what is near is as much wider.
-pub(crate) fn share_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> f32 {
-    let Some(gauge) = Gauge::new(&arc.shape) else { return 1.0 };
-    let mut distances = Vec::<u32, MAX_FEWEST>::new();
+/// Whether more than one in [`MOST_OFF`] of some of the crossings are not near the arc's ellipse. Where half of them are far from
+/// it noise or blur spreads them all, and what is near is as much wider.
+pub(crate) fn are_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> bool {
+    let Some(gauge) = Gauge::new(&arc.shape) else { return true };
+    let exceeds = |distance: &Option<Distance>, limit: u32| distance.is_none_or(|d| d.exceeds(limit));
+    let (mut others, mut distances) = (points::count_of_fewest(list), Vec::<_, MAX_FEWEST>::new());
+    let most = others / MOST_OFF;
     for point in points::fewest(list, pool, origin) {
-        let _ = distances.push(gauge.square_distance_of(&point, arc.dark_inside).unwrap_or(u32::MAX));
+        let distance = gauge.distance_of(&point, arc.dark_inside);
+        others -= usize::from(!exceeds(&distance, square(NEAR)));
+        // As a rule most are near.
+        if others <= most {
+            return false;
+        }
+        let _ = distances.push(distance);
     }
-    // Shares of all.
-    let off = |limit: u32| distances.iter().filter(|distance| **distance > limit).count();
-    let share = |limit: u32| off(limit) as f32 / distances.len().max(1) as f32;
+    let off = |limit: u32| distances.iter().filter(|distance| exceeds(distance, limit)).count();
+    let many = |limit: u32| MOST_OFF * off(limit) > distances.len();
     // Noise leaves hardly any far away, a dent or a bump does.
-    let dented = share(TAKEN) > MOST_FAR;
+    let dented = MOST_FAR * off(TAKEN) > distances.len();
     let fits = |wider: &f32| dented || 2 * off(square(NEAR_SHARE * NEAR * wider)) <= distances.len();
-    share(square(NEAR * WIDER.into_iter().find(fits).unwrap_or(WIDEST)))
+    many(square(NEAR * WIDER.into_iter().find(fits).unwrap_or(WIDEST)))
 }
 
 /// Crossings that a whole ellipse with these semi-axes has, to 10 %, when each axis keeps its own half of them.

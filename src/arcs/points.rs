@@ -75,6 +75,13 @@ impl Point {
     }
 }
 
+/// Which of `count` make about `most`: multiples of the golden section, even along a list, and never only one side of an outline,
+/// of which a row leaves a crossing in turn.
+fn even(most: usize, count: usize) -> impl Fn(usize) -> bool {
+    let share = (most as u32 * 0x1_0000).checked_div(count as u32).unwrap_or(0);
+    move |i| u32::from((i as u16).wrapping_mul(0x9e37)) < share
+}
+
 /// About `most` of the `count` crossings of `list` that are `wanted`, about `origin`.
 fn chosen(
     (list, count): (CrossingList, usize),
@@ -82,10 +89,7 @@ fn chosen(
     (most, origin): (usize, (u16, u16)),
     wanted: impl Fn(&Crossing) -> bool,
 ) -> impl Iterator<Item = Point> {
-    let share = (most as u32 * 0x1_0000).checked_div(count as u32).unwrap_or(0);
-    // Multiples of the golden section: even along the list, and never only one side of it, of which a row leaves a
-    // crossing in turn.
-    let even = move |i: usize| u32::from((i as u16).wrapping_mul(0x9e37)) < share;
+    let even = even(most, count);
     let wanted = pool.iter(list).filter(move |crossing| wanted(crossing)).enumerate();
     wanted.filter(move |(i, _)| even(*i)).map(move |(_, crossing)| Point::new(crossing, origin))
 }
@@ -93,6 +97,12 @@ fn chosen(
 /// As many of the crossings of `list`, about `origin`, as tell whether an ellipse is whole.
 pub(super) fn fewest(list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> impl Iterator<Item = Point> {
     chosen((list, list.len().into()), pool, (FEWEST, origin), |_| true)
+}
+
+/// How many these are.
+pub(super) fn count_of_fewest(list: CrossingList) -> usize {
+    let count = list.len().into();
+    (0..count).filter(|i| even(FEWEST, count)(*i)).count()
 }
 
 /// Some of an outline's crossings, evenly chosen.

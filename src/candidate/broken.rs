@@ -4,7 +4,7 @@ use super::{Waiting, origin, set_arc, shape};
 use crate::arcs::{self, Arc, Points};
 use crate::fit::Shape;
 use crate::reject::Reject;
-use crate::scan::{CrossingList, NONE, Outline, Pool, Scanner};
+use crate::scan::{CrossingList, NONE, Outline, Pool, Scanner, Seen};
 use crate::settings::limits;
 use heapless::Vec;
 
@@ -21,8 +21,6 @@ const MIN_CROSSINGS: u16 = 20;
 const MIN_CROSSINGS_AROUND: u16 = 12;
 /// Smallest larger side of the box of an outline with an arc that is worth it, px.
 const MIN_EXTENT: u16 = 9;
-/// Largest share of an ellipse's crossings that may lie beside it.
-const MAX_OFF: f32 = 0.2;
 /// Two arcs can be of the same circle if their areas squared have this ratio or less, because an arc alone leaves its ellipse
 /// unsure, ...
 const LIKE_DET: f32 = 8.0;
@@ -43,7 +41,7 @@ pub(super) fn is_worth_a_search(outline: &Outline, cause: Reject) -> bool {
 /// Whether an outline with the moments of the ellipse `shape` has a dent or a bump all the same.
 pub(super) fn is_bent(outline: &Outline, shape: &Shape, pool: &Pool<'_>) -> bool {
     let arc = Arc { shape: *shape, dark_inside: outline.moments.area > 0 };
-    arcs::share_off(&arc, outline.crossings, pool, origin(outline)) > MAX_OFF
+    arcs::are_off(&arc, outline.crossings, pool, origin(outline))
 }
 
 /// Takes the arcs of the outline as outlines of their own, the first in its slot. `false`, and the outline is as it was, if
@@ -101,7 +99,7 @@ fn mark_open(
     if a.dark_inside != b.dark_inside && arcs::shows_paper(circles, rest, &scanner.pool, about) {
         let outer = if a_is_outer { *a_label } else { *b_label };
         if let Some(outer) = scanner.outlines.get_mut(outer) {
-            outer.open = true;
+            outer.seen = Seen::Open;
         }
     }
 }
@@ -200,10 +198,9 @@ fn join(
     };
     let (label, joined, arc) = labels.take(MAX_ANCHORS).find_map(both)?;
     let outline = outlines.get_mut(label)?;
+    // No longer open: two pieces with something between them.
     set_arc(outline, &arc, about, frame);
     outline.crossings = joined;
-    // Two pieces with something between them.
-    outline.open = false;
     Some(arc)
 }
 

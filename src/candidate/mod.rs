@@ -18,7 +18,7 @@ use crate::arcs::Arc;
 use crate::fit::Shape;
 use crate::math;
 use crate::reject::Reject;
-use crate::scan::{Moments, NONE, Outline, Scanner};
+use crate::scan::{Moments, NONE, Outline, Scanner, Seen};
 use crate::settings::limits;
 
 /// Semi-minor axis below that of any outline of [`limits::MIN_EXTENT`], px: that of a row of pixels is 0.58.
@@ -100,7 +100,7 @@ fn set_arc(outline: &mut Outline, arc: &Arc, about: (u16, u16), (width, height):
     };
     outline.cut = beyond(about.0, shape.cx, half_x, width) || beyond(about.1, shape.cy, half_y, height);
     outline.moments = Moments::of_ellipse(shape, about, *dark_inside);
-    outline.partial = true;
+    outline.seen = Seen::Arcs;
 }
 
 /// What of [`concentric`] whole numbers tell: it refuses what this refuses.

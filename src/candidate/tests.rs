@@ -3,7 +3,7 @@ extern crate std;
 use super::{are_near, can_be_concentric, has_centre_of, moments_shape, set_arc, shape};
 use crate::arcs::Arc;
 use crate::fit::Shape;
-use crate::scan::Outline;
+use crate::scan::{Outline, Seen};
 
 const FRAME: (u16, u16) = (1000, 900);
 
@@ -25,7 +25,9 @@ impl Random {
         let shape = Shape::from_moments(0.3, -0.2, xx, (p - q) * s * c, yy).unwrap();
         let mut outline = Outline::ZERO;
         set_arc(&mut outline, &Arc { shape, dark_inside: self.within(0.0, 1.0) < 0.5 }, about, FRAME);
-        outline.partial = self.within(0.0, 1.0) < 0.5;
+        if self.within(0.0, 1.0) >= 0.5 {
+            outline.seen = Seen::Whole;
+        }
         outline
     }
 }
@@ -61,7 +63,7 @@ fn a_refusal_by_whole_numbers_is_one_by_the_centres() {
 fn an_outline_without_crossings_or_of_another_area_is_refused() {
     use crate::reject::Reject;
     let mut whole = Random(2).outline((500.0, 450.0));
-    (whole.partial, whole.cut) = (false, false);
+    (whole.seen, whole.cut) = (Seen::Whole, false);
     assert_eq!(shape(&whole).err(), Some(Reject::LowContrast));
     let mut dented = whole;
     dented.moments.area = dented.moments.area * 3 / 4;

@@ -48,7 +48,8 @@ pub(crate) struct Edge {
 
 impl Edge {
     pub fn new(shape: Shape, outline: &Outline) -> Self {
-        let Outline { partial, cut, crossings, .. } = *outline;
+        let Outline { cut, crossings, .. } = *outline;
+        let partial = outline.is_partial();
         let (_, minor) = shape.semi_axes();
         Self { shape, minor, dark_inside: outline.moments.area > 0, partial, cut, crossings }
     }

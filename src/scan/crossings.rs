@@ -29,10 +29,15 @@ impl Stretch {
         Self((sum | log << Self::BITS) as u16)
     }
 
+    /// Of one pixel.
+    pub fn of_one(level: u8) -> Self {
+        Self(level.into())
+    }
+
     /// Only the nearest of its pixels if the scale ends at the farthest but not there: then only that tells the light.
     pub fn unless_clipped(self, nearest: u8, farthest: u8) -> Self {
         let clipped = |level: u8| !(END..=255 - END).contains(&level);
-        if clipped(farthest) && !clipped(nearest) { Self(nearest.into()) } else { self }
+        if clipped(farthest) && !clipped(nearest) { Self::of_one(nearest) } else { self }
     }
 
     /// Binary logarithm of the number of pixels, and the sum of their levels.

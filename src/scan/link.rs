@@ -47,6 +47,8 @@ impl<'a, 's> Linker<'a, 's> {
     fn link(&mut self, previous: &[Transition], current: &mut [Transition]) {
         let (mut i, mut j) = (0, 0);
         let (mut above, mut here) = (run(previous, 0), run(current, 0));
+        // Where the run before `here` ends.
+        let mut last = 0;
         loop {
             if above.1 < here.0 {
                 self.end(previous, 2 * i);
@@ -55,12 +57,12 @@ impl<'a, 's> Linker<'a, 's> {
             } else if here.1 < above.0 {
                 self.begin(current, 2 * j);
                 j += 1;
-                here = run(current, j);
+                (last, here) = (here.1, run(current, j));
             } else if here == NO_RUN {
                 // Then there is none above either.
                 break;
             } else {
-                self.proceed(previous, 2 * i, current, 2 * j);
+                self.proceed(previous.get(2 * i), current.get_mut(2 * j), DARKER, [last, here.1]);
                 // A set of connected runs, to its right end.
                 loop {
                     let next_above = run(previous, i + 1);
@@ -75,8 +77,10 @@ impl<'a, 's> Linker<'a, 's> {
                         (j, here) = (j + 1, next_here);
                         continue;
                     }
-                    self.proceed(previous, 2 * i + 1, current, 2 * j + 1);
-                    (i, above, j, here) = (i + 1, next_above, j + 1, next_here);
+                    let beside = [here.0, next_here.0];
+                    self.proceed(previous.get(2 * i + 1), current.get_mut(2 * j + 1), LIGHTER, beside);
+                    (i, above, j) = (i + 1, next_above, j + 1);
+                    (last, here) = (here.1, next_here);
                     break;
                 }
             }
@@ -89,35 +93,35 @@ impl<'a, 's> Linker<'a, 's> {
         }
     }
 
-    /// An outline goes on from transition `from` of the row above to the one `at`.
-    #[inline]
-    fn proceed(&mut self, previous: &[Transition], from: usize, current: &mut [Transition], at: usize) {
-        let (Some(above), Some(here)) = (previous.get(from), current.get_mut(at)) else { return };
+    /// An outline goes on from the transition `above` to the one `here`, which has others at the columns `beside`.
+    #[inline(never)]
+    fn proceed(
+        &mut self,
+        above: Option<&Transition>,
+        here: Option<&mut Transition>,
+        sign: i32,
+        beside: [u16; 2],
+    ) {
+        let (Some(above), Some(here)) = (above, here) else { return };
         let joined = above.label != NONE && self.outlines.any_joined();
         let label = if joined { self.outlines.root(above.label) } else { above.label };
         here.label = label;
-        match self.outlines.get_mut(label) {
-            Some(outline) if !outline.lossy => self.follow(above.x, current, at),
-            // Of what lost a part only the box is of use.
-            Some(outline) => outline.reach(here.x, self.window.y),
-            None => (),
+        let (from, x, y) = (above.x, here.x, self.window.y);
+        let Some(outline) = self.outlines.get_mut(label) else { return };
+        // Of what lost a part only the box is of use.
+        if outline.lossy {
+            return outline.reach(x, y);
         }
-    }
-
-    /// The same for an outline of which nothing is lost; in the row above it was at column `above`.
-    #[inline(never)]
-    fn follow(&mut self, above: u16, current: &[Transition], at: usize) {
-        let Some(&Transition { x, label }) = current.get(at) else { return };
-        // Dark begins at the even transitions.
-        self.add_transition(label, if at.is_multiple_of(2) { -1 } else { 1 }, x);
-        if above.abs_diff(x) <= MAX_ROW_STEP {
-            let beside = |at: usize| current.get(at).map(|transition| transition.x);
-            let before = at.checked_sub(1).and_then(beside).unwrap_or(0);
-            let after = beside(at + 1).unwrap_or(self.window.width);
-            self.keep_row_crossing(label, x, [before, after]);
+        outline.add_transition(sign, x, y);
+        if x == 0 || x >= self.window.width {
+            self.mark_cut(label);
+        } else if from.abs_diff(x) <= MAX_ROW_STEP
+            && let Some(crossing) = self.window.row_crossing(x, beside)
+        {
+            self.keep(label, crossing);
         }
-        if above != x {
-            self.keep_column_crossings(label, above.min(x), above.max(x));
+        if from != x {
+            self.keep_column_crossings(label, from.min(x), from.max(x));
         }
     }
 
@@ -131,7 +135,7 @@ impl<'a, 's> Linker<'a, 's> {
             self.dropped.outlines = self.dropped.outlines.saturating_add(1);
             return;
         }
-        let sign = if at.is_multiple_of(2) { -1 } else { 1 };
+        let sign = if at.is_multiple_of(2) { DARKER } else { LIGHTER };
         self.add_transition(label, sign, first.x);
         self.add_transition(label, -sign, second.x);
         self.keep_column_crossings(label, first.x, second.x);
@@ -217,29 +221,16 @@ impl<'a, 's> Linker<'a, 's> {
         }
     }
 
-    /// Keeps the crossing before column `x` of this row, with its neighbours before the columns `beside`.
-    // Where the outline was lost in this row, at the frame's border, there is none.
-    #[inline(never)]
-    fn keep_row_crossing(&mut self, label: u16, x: u16, beside: [u16; 2]) {
-        if let Some(crossing) = self.window.row_crossing(x, beside) {
-            self.keep(label, crossing);
-        }
-    }
-
     /// Keeps the crossings between the row above and this one in the columns `from..to`, as long as the outline keeps any.
+    #[inline(never)]
     fn keep_column_crossings(&mut self, label: u16, from: u16, to: u16) {
         for x in self.window.columns(from, to) {
             if self.outlines.get(label).is_none_or(|outline| outline.lossy) {
                 return;
             }
-            self.keep_column_crossing(label, x);
-        }
-    }
-
-    #[inline(never)]
-    fn keep_column_crossing(&mut self, label: u16, x: u16) {
-        if let Some(crossing) = self.window.column_crossing(x) {
-            self.keep(label, crossing);
+            if let Some(crossing) = self.window.column_crossing(x) {
+                self.keep(label, crossing);
+            }
         }
     }
 
@@ -263,6 +254,7 @@ impl<'a, 's> Linker<'a, 's> {
 
     /// A slot for a crossing of outline `label` where the pool is full. `None` if that gives up for it.
     #[cold]
+    #[inline(never)]
     fn push_in_full(&mut self, label: u16) -> Option<&mut Crossing> {
         while let Some(outline) = self.outlines.get_mut(label).filter(|outline| !outline.lossy) {
             if !self.pool.is_full() {
@@ -284,6 +276,10 @@ impl<'a, 's> Linker<'a, 's> {
         self.give_up(self.outlines.largest(|_| true).unwrap_or(label));
     }
 }
+
+/// Signs of the transitions where a row turns dark and light.
+const DARKER: i32 = -1;
+const LIGHTER: i32 = 1;
 
 /// First and one past the last column of a dark run.
 type Run = (u16, u16);

@@ -24,7 +24,7 @@ mod window;
 #[cfg(test)]
 pub(crate) use crossings::Stretch;
 pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, NEAR, Pool};
-pub(crate) use outlines::{Moments, NONE, Outline, Outlines};
+pub(crate) use outlines::{Moments, NONE, Outline, Outlines, Seen};
 pub(crate) use rows::{BLOCK_ROWS, KEPT_BLOCKS, Rows};
 pub use runs::Run;
 pub(crate) use runs::{RunError, Transition};

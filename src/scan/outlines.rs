@@ -12,7 +12,7 @@ pub(crate) const NONE: u16 = u16::MAX;
 /// Moments of the pixels enclosed by an outline. Exact: a region as large as the largest frame has a second moment below 2^57.
 /// Negative for the outline of a light region.
 ///
-/// While the outline is open, sums over its transitions instead, x from the first of them on, added where dark turns
+/// While the outline is open, sums over its transitions instead, x and y from the first of them on, added where dark turns
 /// light and subtracted where light turns dark: of x, x^2, x^3, x y, x^2 y and x y^2. As there are as many of either in each
 /// row, Green's theorem makes the moments of them.
 #[derive(Clone, Copy, Debug)]
@@ -25,15 +25,32 @@ pub(crate) struct Moments {
     pub yy: i64,
 }
 
+/// Extent below which 32 bits hold the sums of an outline: none is larger than twice its fourth power.
+const SHORT: u16 = 1 << 7;
 /// Largest coordinate of which 32 bits hold the cube.
 const SMALL: u32 = 1 << 10;
 
 impl Moments {
     const ZERO: Self = Self { area: 0, x: 0, y: 0, xx: 0, xy: 0, yy: 0 };
 
+    /// Adds a transition to the sums of an outline whose extent is below [`SHORT`]. On small processors long sums are dear.
+    #[inline(always)]
+    fn add_short(&mut self, sign: i32, x: i32, y: i32) {
+        let add = |sum: &mut i64, term: i32| *sum = i64::from((*sum as i32).wrapping_add(term));
+        let signed = sign * x;
+        let (xx, xy) = (signed * x, signed * y);
+        add(&mut self.area, signed);
+        add(&mut self.x, xx);
+        add(&mut self.y, xy);
+        add(&mut self.xx, xx * x);
+        add(&mut self.xy, xx * y);
+        add(&mut self.yy, xy * y);
+    }
+
     /// Adds a transition to the sums.
-    fn add_transition(&mut self, sign: i32, x: i32, y: i32) {
-        // On small processors long products are dear. Squares are short in any case.
+    #[inline(never)]
+    fn add_long(&mut self, sign: i32, x: i32, y: i32) {
+        // Long products are dearer still. Squares are short in any case.
         let small = x.unsigned_abs() < SMALL && y.unsigned_abs() < SMALL;
         let product =
             |a: i32, b: i32| if small { i64::from(a.wrapping_mul(b)) } else { i64::from(a) * i64::from(b) };
@@ -47,21 +64,24 @@ impl Moments {
         self.yy += product(xy, y);
     }
 
-    /// Adds sums about a column that lies `x` px farther; they have as many signs of either kind.
-    fn join(&mut self, other: &Self, x: i64) {
-        self.area += other.area;
-        self.x += other.x + 2 * x * other.area;
-        self.xx += other.xx + 3 * x * (other.x + x * other.area);
-        self.y += other.y;
-        self.xy += other.xy + 2 * x * other.y;
-        self.yy += other.yy;
+    /// Adds sums about a place that lies `(x, y)` px farther; they have as many signs of either kind in each row.
+    fn join(&mut self, other: &Self, (x, y): (i64, i64)) {
+        let Self { area, .. } = *other;
+        // About its column.
+        let (xx, row) = (other.x + 2 * x * area, other.y);
+        self.area += area;
+        self.x += xx;
+        self.xx += other.xx + 3 * x * (other.x + x * area);
+        self.y += row + y * area;
+        self.xy += other.xy + 2 * x * row + y * xx;
+        self.yy += other.yy + y * (2 * row + y * area);
     }
 
-    /// Makes moments of the sums about column `x`: left of a transition there are x pixels, whose columns add up to
+    /// Makes moments of the sums about `(x, y)`: left of a transition there are x pixels, whose columns add up to
     /// x (x - 1) / 2 and their squares to x (x - 1) (2 x - 1) / 6.
-    fn close(&mut self, x: i64) {
+    fn close(&mut self, place: (i64, i64)) {
         let mut sums = Self::ZERO;
-        sums.join(self, x);
+        sums.join(self, place);
         *self = Self {
             area: sums.area,
             x: (sums.x - sums.area) / 2,
@@ -106,12 +126,23 @@ impl Moments {
     }
 }
 
+/// How much of an outline is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Seen {
+    /// All of it.
+    Whole,
+    /// Only arcs; its moments and box are those of the whole ellipse.
+    Arcs,
+    /// The same where nothing lies in its gap: it is open by itself.
+    Open,
+}
+
 /// An outline: the border of a region of either polarity, seen from outside.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outline {
     pub moments: Moments,
-    /// Column of the first transition.
-    first: u16,
+    /// Column and row of the first transition.
+    first: (u16, u16),
     /// Sum of the signs of the transitions in the row under way; they alternate.
     balance: i8,
     /// Leftmost column.
@@ -133,9 +164,8 @@ pub(crate) struct Outline {
     pub inner: u16,
     /// Row after which nothing concentric can close around it.
     pub ready: u16,
-    /// See [`is_partial`](Self::is_partial) and [`is_open`](Self::is_open).
-    pub partial: bool,
-    pub open: bool,
+    /// How much of it is seen.
+    pub seen: Seen,
     /// Touches the frame's border.
     pub cut: bool,
     /// Part of it, or of its crossings, is lost.
@@ -145,7 +175,7 @@ pub(crate) struct Outline {
 impl Outline {
     pub const ZERO: Self = Self {
         moments: Moments::ZERO,
-        first: 0,
+        first: (0, 0),
         balance: 0,
         left: 0,
         right: 0,
@@ -157,20 +187,19 @@ impl Outline {
         next: 0,
         inner: 0,
         ready: 0,
-        partial: false,
-        open: false,
+        seen: Seen::Whole,
         cut: false,
         lossy: false,
     };
 
-    /// Whether only arcs of it are seen; its moments and box are those of the whole ellipse.
+    /// Whether only arcs of it are seen.
     pub fn is_partial(&self) -> bool {
-        ARCS && self.partial
+        ARCS && self.seen != Seen::Whole
     }
 
-    /// Whether nothing lies in its gap: it is open by itself.
+    /// Whether nothing lies in its gap.
     pub fn is_open(&self) -> bool {
-        ARCS && self.open
+        ARCS && self.seen == Seen::Open
     }
 
     pub fn width(&self) -> u16 {
@@ -197,13 +226,25 @@ impl Outline {
     }
 
     /// Adds a transition at `(x, y)`; `sign` is +1 where dark turns light.
+    #[inline(always)]
     pub fn add_transition(&mut self, sign: i32, x: u16, y: u16) {
-        self.moments.add_transition(sign, i32::from(x) - i32::from(self.first), y.into());
-        self.balance = self.balance.wrapping_add(sign as i8);
         self.reach(x, y);
+        self.balance = self.balance.wrapping_add(sign as i8);
+        let (dx, dy) = self.since_first(x, y);
+        if self.right - self.left < SHORT && y - self.top < SHORT {
+            self.moments.add_short(sign, dx, dy);
+        } else {
+            self.moments.add_long(sign, dx, dy);
+        }
+    }
+
+    /// The place `(x, y)` from the first transition on.
+    fn since_first(&self, x: u16, y: u16) -> (i32, i32) {
+        (i32::from(x) - i32::from(self.first.0), i32::from(y) - i32::from(self.first.1))
     }
 
     /// Extends its box to a transition at `(x, y)`.
+    #[inline(always)]
     pub fn reach(&mut self, x: u16, y: u16) {
         self.left = self.left.min(x);
         self.right = self.right.max(x);
@@ -270,7 +311,7 @@ impl<'s> Outlines<'s> {
         };
         if let Some(slot) = self.get_mut(label) {
             *slot = Outline {
-                first: x,
+                first: (x, y),
                 left: x,
                 right: x,
                 top: y,
@@ -307,10 +348,11 @@ impl<'s> Outlines<'s> {
         let other = *other;
         self.joined = b;
         if let Some(outline) = self.get_mut(a) {
-            let dx = i32::from(other.first) - i32::from(outline.first);
-            outline.moments.join(&other.moments, dx.into());
+            let (dx, dy) = outline.since_first(other.first.0, other.first.1);
+            outline.moments.join(&other.moments, (dx.into(), dy.into()));
             // As if the other had been balanced by a transition at its first column, which adds nothing to its own sums.
-            outline.moments.add_transition(other.balance.into(), dx, y.into());
+            let (_, row) = outline.since_first(0, y);
+            outline.moments.add_long(other.balance.into(), dx, row);
             outline.balance = outline.balance.wrapping_add(other.balance);
             outline.left = outline.left.min(other.left);
             outline.right = outline.right.max(other.right);
@@ -331,7 +373,8 @@ impl<'s> Outlines<'s> {
         }
         outline.next = NONE;
         if !outline.lossy && !outline.is_small() {
-            outline.moments.close(outline.first.into());
+            let (x, y) = outline.first;
+            outline.moments.close((x.into(), y.into()));
         }
         // In the order of their closing, because an inner outline must be known before the one around it.
         let (first, last) = self.closed;

@@ -92,23 +92,32 @@ impl<'a> Window<'a> {
             return None;
         }
         let [_, _, _, _, _, _, above, row, below, ..] = self.about()?;
-        // One by one: a copy of so few bytes would be a call.
-        let near = from_column(row, x - 3)?.map(|level| level);
+        let [left, near @ .., right] = from_column::<{ NEAR + 2 }>(row, x - REACH)?;
         let ([a, b], [c, d]) = (from_column(above, x - 1)?, from_column(below, x - 1)?);
+        // One by one: a copy of so few bytes would be a call.
+        let near = near.map(|level| level);
         if !self.is_edge(&near, [*a, *b, *c, *d]) {
             return None;
         }
         // As far from the next crossing as from this one.
         let clear = |from: u16, to: u16| usize::from(to.saturating_sub(from + 2 * (REACH - 1)));
-        let (left, right) = (usize::from(x - REACH + 1), usize::from(x + REACH - 1));
-        let log = log_length(clear(before, x).min(left));
-        let levels = row.get(left.checked_sub(1 << log)?..left)?;
-        let (farthest, nearest) = (*levels.first()?, *levels.last()?);
-        let before = Stretch::of(levels, log).unless_clipped(nearest, farthest);
-        let log = log_length(clear(x, after));
-        let levels = row.get(right..right + (1 << log))?;
-        let (nearest, farthest) = (*levels.first()?, *levels.last()?);
-        let after = Stretch::of(levels, log).unless_clipped(nearest, farthest);
+        let end = usize::from(x - REACH + 1);
+        let before = match clear(before, x) {
+            0 | 1 => Stretch::of_one(*left),
+            clear => {
+                let log = log_length(clear.min(end));
+                let levels = row.get(end.checked_sub(1 << log)?..end)?;
+                Stretch::of(levels, log).unless_clipped(*left, *levels.first()?)
+            }
+        };
+        let after = match clear(x, after.min(self.width)) {
+            0 | 1 => Stretch::of_one(*right),
+            clear => {
+                let log = log_length(clear);
+                let levels = row.get(usize::from(x + REACH - 1)..)?.get(..1 << log)?;
+                Stretch::of(levels, log).unless_clipped(*right, *levels.last()?)
+            }
+        };
         Some(Crossing::new(Axis::Row, (x, self.y), near, [before, after]))
     }
 
@@ -145,11 +154,11 @@ impl<'a> Window<'a> {
         let nearest = nearest();
         let even = |level: u8| i32::from(level.abs_diff(nearest)) < self.min_step;
         if most < 2 {
-            return Stretch::of(&[nearest], 0);
+            return Stretch::of_one(nearest);
         }
         let second = second();
         if !even(second) {
-            return Stretch::of(&[nearest], 0);
+            return Stretch::of_one(nearest);
         }
         if most >= 4 {
             let (third, fourth) = (third(), fourth());

@@ -2,7 +2,7 @@ extern crate std;
 use super::*;
 use crate::edge::Edge;
 use crate::fit::rough;
-use crate::scan::{Axis, Crossing, CrossingList, EdgePoint, Outline, Stretch};
+use crate::scan::{Axis, Crossing, CrossingList, EdgePoint, Outline, Seen, Stretch};
 use std::vec::Vec;
 
 const AT: (u16, u16) = (500, 500);
@@ -144,7 +144,7 @@ fn solve(arcs: &[Vec<Point>; 2]) -> (Together, (f64, f64)) {
             *pool.push(&mut list).unwrap() = crossing;
         }
         let mut outline = Outline::ZERO;
-        (outline.crossings, outline.partial) = (list, true);
+        (outline.crossings, outline.seen) = (list, Seen::Arcs);
         // A first guess that is off by half a pixel.
         let shape = Shape { cx: whole(ratio).cx + 0.4, cy: whole(ratio).cy - 0.3, ..whole(ratio) };
         edges.push(Edge::new(shape, &outline));
