@@ -324,6 +324,8 @@ pub(crate) mod limits {
     pub const MIN_SEEN_AROUND: u32 = 5;
     /// Smallest share of the edge points of an ellipse, as far as its longest gap leaves them, that must be there and on it.
     pub const MIN_POINTS_SHARE: f32 = 0.5;
+    /// The same where there is no gap: something along the rim has the others, and some of those that are left.
+    pub const MIN_POINTS_SHARE_WHOLE: f32 = 0.7;
     /// Smallest semi-major axis of a broken outer circle, px: in a smaller one it cannot be seen whether the gap is one of the
     /// print.
     pub const MIN_PARTIAL_SEMI_AXIS: f32 = 8.0;

@@ -98,7 +98,7 @@ fn broken(limits: &Limits, change: impl Fn(&mut Estimate, f64)) -> Vec<&'static 
     let mean = |value: fn(&Figures) -> f64| {
         figures.iter().map(|(_, figures)| value(figures)).sum::<f64>() / figures.len() as f64
     };
-    let means = [mean(Figures::ratio), mean(|figures| figures.over_sigma), mean(|figures| figures.within)];
+    let means = [mean(Figures::ratio), mean(|figures| figures.over_sigma.0), mean(|figures| figures.within)];
     let held = [
         ("ratio", means[0] <= limits.ratio),
         ("sigma", limits.sigma.contains(&means[1])),

@@ -7,6 +7,7 @@ mod common;
 
 use common::detect;
 use concentric::{Flags, Position, Target, TargetSpec};
+use concentric_host::accuracy::cell::Cell;
 use concentric_host::render::{Artwork, Camera, Cover, Frame, Occluder, Pose, Scene};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -191,6 +192,22 @@ fn two_fifths_hidden() {
         assert!(all.found.iter().all(|found| found.target.gap() > 100.0), "tone {tone}");
         // Teeth: as if nothing were hidden, the standard deviation would be several times too small.
         assert!(all.quantile(0.5, |found| found.error) > 0.01, "tone {tone}");
+    }
+}
+
+/// Small targets whose hole is cut by what is nearly as dark as the ring: an ellipse through a piece of it and the border of what
+/// lies there is not taken for the circle, because the outer one tells where that is.
+#[test]
+fn a_cut_hole_is_found_by_the_circle_around_it() {
+    let cell = Cell { radius: 15.0, hidden: 0.4, draws: 1, ..Cell::default() };
+    for index in [43, 253, 354, 402, 450] {
+        let frame = cell.scene(index).render(cell.noise_seed(index, 0));
+        let mut all = Outcome::default();
+        all.add(&frame, index, TargetSpec::ring(cell.ratio as f32).expect("a ratio"));
+        assert_eq!((all.found.len(), all.false_targets), (1, 0), "{index}");
+        let found = &all.found[0];
+        assert!(found.target.flags.contains(Flags::OCCLUDED), "{index}");
+        assert!(found.error < 0.1 && found.sigmas < 4.0, "{index}: {} {}", found.error, found.sigmas);
     }
 }
 

@@ -158,7 +158,9 @@ pub(super) fn judge(adjusted: &Adjusted, gap: u32, together: bool, explained: f3
     let (a, b) = adjusted.shape.semi_axes();
     // What the gap leaves must be seen, and mostly be of this ellipse.
     let expected = POINTS_PER_AXIS * math::sqrt(a * b) * (PARTS - gap) as f32 / PARTS as f32;
-    if f32::from(adjusted.points) < limits::MIN_POINTS_SHARE * expected {
+    let whole = gap <= limits::FLAG_GAP && b >= limits::FLAG_SMALL;
+    let share = if whole { limits::MIN_POINTS_SHARE_WHOLE } else { limits::MIN_POINTS_SHARE };
+    if f32::from(adjusted.points) < share * expected {
         return Err(Reject::NotElliptic);
     }
     let share = if together { limits::PARTIAL_RMS } else { 1.0 };
@@ -296,4 +298,26 @@ fn adjust(
     let adjusted = adjustment.finish().ok_or(Reject::NotElliptic)?;
     let (seen, near) = (seen.sectors(), near.sectors());
     Ok(Step { adjusted, seen, near, farthest, sigma: spread.sigma() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where a third of the points is missing there is a gap, or what is left is no circle either.
+    #[test]
+    fn missing_points_leave_a_gap() {
+        let judged = |share: f32, gap: u32| {
+            let shape = Shape::from_moments(0.0, 0.0, 56.0, 0.0, 20.0).unwrap();
+            let (a, b) = shape.semi_axes();
+            let seen = (PARTS - gap) as f32 / PARTS as f32;
+            let points = (share * POINTS_PER_AXIS * math::sqrt(a * b) * seen) as u16;
+            let frame_covariance = Default::default();
+            let adjusted =
+                Adjusted { shape, covariance: Default::default(), frame_covariance, rms: 0.02, points };
+            judge(&adjusted, gap, false, 0.0)
+        };
+        assert_eq!([judged(0.8, 0), judged(0.65, 0)], [Ok(()), Err(Reject::NotElliptic)]);
+        assert_eq!([judged(0.65, 8), judged(0.45, 8)], [Ok(()), Err(Reject::NotElliptic)]);
+    }
 }

@@ -21,6 +21,8 @@ use heapless::Vec;
 /// Room in what the last step leaves for what it found, and the least that it leaves, px.
 const LEFT: f32 = 1.5;
 const LEAST: f32 = 0.02;
+/// Distance of a point that is on an arc from a first guess of it, px.
+const ON: f32 = 1.0;
 
 /// Circles that were fitted together.
 #[derive(Clone, Debug)]
@@ -52,23 +54,48 @@ pub(super) fn rough(edges: &mut [Edge], pool: &Pool<'_>, origin: &Origin) {
     let most = edges.iter().enumerate().max_by_key(|(_, edge)| edge.crossings.len());
     let Some((reference, shape)) = most.map(|(k, edge)| (k, edge.shape)) else { return };
     let Some(family) = Concentric::new(shape, (shape.cx, shape.cy)) else { return };
-    let mut fit = Fit { source: &source, family, arcs: Vec::new(), limit: f32::INFINITY };
-    fit.add(reference, 1.0, (Sectors(u128::MAX), 0.0));
-    for (k, _) in edges.iter().enumerate().filter(|(k, edge)| edge.partial && *k != reference) {
-        let (sum, count) = source.points(k).map(px).fold((0.0, 0.0), |(sum, count), (x, y)| {
-            (sum + math::sqrt(shape.square(x - shape.cx, y - shape.cy)), count + 1.0)
-        });
-        fit.add(k, sum / count, (Sectors(u128::MAX), 0.0));
-    }
-    if fit.settle(false).is_none() {
-        return;
-    }
+    let fit = |mostly_on: bool| {
+        let limit = if mostly_on { ON } else { f32::INFINITY };
+        let mut fit = Fit { source: &source, family, arcs: Vec::new(), limit };
+        fit.add(reference, 1.0, (Sectors(u128::MAX), 0.0));
+        for (k, _) in edges.iter().enumerate().filter(|(k, edge)| edge.partial && *k != reference) {
+            let size =
+                if mostly_on { middle_size(&source, k, &shape) } else { mean_size(&source, k, &shape) };
+            fit.add(k, size, (Sectors(u128::MAX), 0.0));
+        }
+        fit.settle(false).map(|_| fit)
+    };
+    // Each point may be off; where that leads nowhere, most of them are on the arcs.
+    let Some(fit) = fit(false).or_else(|| fit(true)) else { return };
     let shapes: Vec<_, MAX_CIRCLES> = list(fit.arcs.iter().map(|arcs| (arcs.edge, fit.shape(arcs))));
     for &(k, shape) in &shapes {
         if let (Some(edge), Some(shape)) = (edges.get_mut(k).filter(|edge| edge.partial), shape) {
             *edge = edge.with_shape(shape);
         }
     }
+}
+
+/// The points of an edge in units of an ellipse: their squared distances from its centre.
+fn squares(source: &Source<'_, '_>, k: usize, shape: &Shape) -> impl Iterator<Item = f32> {
+    source.points(k).map(px).map(|(x, y)| shape.square(x - shape.cx, y - shape.cy))
+}
+
+fn mean_size(source: &Source<'_, '_>, k: usize, shape: &Shape) -> f32 {
+    let (sum, count) = squares(source, k, shape)
+        .fold((0.0, 0.0), |(sum, count), square| (sum + math::sqrt(square), count + 1.0));
+    sum / count
+}
+
+/// The median, to a thousandth.
+fn middle_size(source: &Source<'_, '_>, k: usize, shape: &Shape) -> f32 {
+    let (mut low, mut high) = (0.0, 4.0);
+    for _ in 0..12 {
+        let middle = 0.5 * (low + high);
+        let (below, count) = squares(source, k, shape)
+            .fold((0, 0), |(below, count), square| (below + u32::from(square < middle), count + 1));
+        if 2 * below < count { low = middle } else { high = middle }
+    }
+    math::sqrt(0.5 * (low + high))
 }
 
 /// Fits the `circles`, which are those of one target, together; `given` tells that their ratios are not measured.

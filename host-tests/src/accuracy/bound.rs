@@ -18,18 +18,20 @@ const STEPS: u32 = 360;
 /// Step of the numeric derivatives, relative to parameters of order 1.
 const STEP: f64 = 1e-5;
 /// Variance of rounding to whole grey levels.
-const ROUNDING: f64 = 1.0 / 12.0;
+pub const ROUNDING: f64 = 1.0 / 12.0;
 /// Points across an edge, and how far they reach, in units of the blur.
 const ACROSS: u32 = 64;
 const REACH: f64 = 5.0;
 
 /// Least covariances of the forms of the centre, px^2.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Bounds {
     /// Of the outer ellipse's centre.
     pub outer: DMat2,
     /// Of the exact form and of eq. (7): each circle is an ellipse of its own.
     pub centre: DMat2,
+    /// The weights of the ellipse centres in the exact form.
+    pub combination: Vec<f64>,
     /// Of the image of the centre when both circles are taken as concentric from the start.
     pub joint: DMat2,
     /// The same where the camera is known: focal length, principal point, lens distortion.
@@ -66,7 +68,10 @@ impl Bounds {
             plane.centre + DVec2::new(p[0], p[1]) + shape * point / (1.0 + slope.dot(point))
         })?;
         let outer = *separate.first()?;
-        Some(Self { outer, centre: combined(&radii, &plane, &separate)?, joint, known })
+        let combination = combination(&radii, &plane, &separate)?;
+        let terms = separate.iter().zip(&combination);
+        let centre = terms.fold(DMat2::ZERO, |sum, (c, weight)| sum + *c * (weight * weight));
+        Some(Self { outer, centre, combination, joint, known })
     }
 }
 
@@ -89,14 +94,13 @@ fn pose(truth: &TargetTruth, [x, y]: [f64; 2], [tilt_x, tilt_y, scale]: [f64; 3]
     }
 }
 
-/// Covariance of the weighted sum of the ellipse centres.
-fn combined(radii: &[f64], plane: &Plane, separate: &[DMat2]) -> Option<DMat2> {
+/// Weights of the ellipse centres in the exact form.
+fn combination(radii: &[f64], plane: &Plane, separate: &[DMat2]) -> Option<Vec<f64>> {
     let outer = *radii.first()?;
     let perspective = plane.slope.length_squared() * outer * outer;
     let circles: Vec<_> =
         radii.iter().zip(separate).map(|(r, c)| (r / outer, per_coordinate(*c).powi(2))).collect();
-    let weights = weights(&circles, perspective)?;
-    Some(separate.iter().zip(&weights).fold(DMat2::ZERO, |sum, (c, weight)| sum + *c * (weight * weight)))
+    Some(weights(&circles, perspective)?.to_vec())
 }
 
 /// A plane in the image: `x(p) = centre + matrix p / (1 + slope . p)`, p in mm.

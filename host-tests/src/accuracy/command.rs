@@ -31,7 +31,8 @@ Examples:
   concentric accuracy --cell 'R30 w45' --frames 2000 --method none,exact
 
 Columns: RMS errors of one coordinate in mpx (1/1000 px); their ratio to the Cramer-Rao bound
-with its 95 % confidence interval; sys, what is the same for every noise; bias and drift, the
+with its 95 % confidence interval, without what the noise of these frames makes of any good
+estimate; sys, what is the same for every noise; bias and drift, the
 mean error in the image and in directions of the light or the tilt; err/sigma, in units of the
 reported standard deviation. Cells in brackets are outside the range of the goals.";
 
@@ -152,7 +153,7 @@ fn cell_table(study: &Study, method: &str) -> Table {
         row.extend([f.ratio(), f.ratio_spread()].map(|value| format!("{value:.3}")));
         row.push(f.systematic.map_or(String::new(), mpx));
         row.extend([f.bias, f.drift].map(mpx));
-        row.extend([format!("{:.3}", f.over_sigma), format!("{:.1}", 100.0 * f.within), name]);
+        row.extend([format!("{:.3}", f.over_sigma.0), format!("{:.1}", 100.0 * f.within), name]);
         table.row(row);
     }
     table

@@ -7,10 +7,10 @@ use super::{
     bound::per_coordinate, cell::Cell, method::METHODS, run::Outcome, statistics::Figures, study::Study,
 };
 
-/// The columns. Lengths in px, root mean squares of one coordinate; tilt in degrees, levels in grey levels. `systematic` is
-/// empty where each scene is seen once, all figures where the target was never found.
+/// The columns. Lengths in px, root mean squares of one coordinate; tilt in degrees, levels in grey levels. `expected` is `rms` without what
+/// the noise of these frames makes of any good estimate. `systematic` is empty where each scene is seen once, all figures where the target was never found.
 pub const HEADER: &str = "slice,cell,method,in_range,radius,tilt,ratio,psf,black,contrast,noise,shading,gamma,gain,f,x,y,k1,hidden,\
-                          targets,frames,found,false,clipped,refined,eccentricity,bound,rms,rms_95,systematic,bias,drift,reported,\
+                          targets,frames,found,false,clipped,refined,eccentricity,bound,rms,rms_95,expected,expected_95,systematic,bias,drift,reported,\
                           over_sigma,inside_95\n";
 
 /// The whole study.
@@ -79,11 +79,11 @@ fn least(outcome: &Outcome, method: &str) -> f64 {
 }
 
 fn columns(figures: Option<Figures>, bound: f64) -> Vec<String> {
-    let Some(f) = figures else { return [vec![format!("{bound:.6}")], vec![String::new(); 8]].concat() };
+    let Some(f) = figures else { return [vec![format!("{bound:.6}")], vec![String::new(); 10]].concat() };
     let mut columns = vec![format!("{bound:.6}")];
-    columns.extend([f.rms, f.spread].map(|value| format!("{value:.6}")));
+    columns.extend([f.rms, f.spread, f.expected.0, f.expected.1].map(|value| format!("{value:.6}")));
     columns.push(f.systematic.map_or(String::new(), |value| format!("{value:.6}")));
     columns.extend([f.bias, f.drift, f.reported].map(|value| format!("{value:.6}")));
-    columns.extend([f.over_sigma, f.within].map(|value| format!("{value:.4}")));
+    columns.extend([f.over_sigma.0, f.within].map(|value| format!("{value:.4}")));
     columns
 }

@@ -36,7 +36,8 @@ const LEGEND: &str = "\
 RMS errors of one coordinate in mpx (1/1000 px). *bound*: the Cramer-Rao bound of eq. (7) and the exact form, for the
 contrast, light, noise, blur and shape of each frame; rounding to 8 bits counts as noise. *none*: the centre of the outer
 ellipse; *auto*: the exact form as far as its correction is significant; *refined*: the exact form after the refinement on
-the pixels; *known*: the centre where the camera is given. Ratios to the bound have their 95 % confidence interval.
+the pixels; *known*: the centre where the camera is given. Ratios to the bound have their 95 % confidence interval; in the
+range of the goals they, and *error / sigma*, are without what the noise of these frames makes of any good estimate.
 *systematic*: the part of the exact form's error that is the same for every noise. *bias*, *drift*: length of its mean error,
 in the image and in directions of the light (or else of the tilt). *error / sigma*: its RMS error in units of the reported
 standard deviation. *in 95 %*: share inside the reported 95 % ellipse. Cells in brackets are outside the range for which
@@ -108,9 +109,9 @@ pub fn row(outcome: &Outcome) -> Vec<String> {
         exact.systematic.map_or(String::new(), mpx),
         mpx(exact.bias),
         mpx(exact.drift),
-        format!("{:.2}", exact.over_sigma),
+        format!("{:.2}", exact.over_sigma.0),
         format!("{:.1}", 100.0 * exact.within),
-        format!("{:.2}", refined.over_sigma),
+        format!("{:.2}", refined.over_sigma.0),
         format!("{:.1}", 100.0 * refined.within),
     ]
 }

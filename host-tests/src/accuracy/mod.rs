@@ -2,7 +2,8 @@
 //!
 //! 1. [`cell`], [`grid`]: the conditions, and the scenes that show them.
 //! 2. [`bound`]: the Cramer-Rao bound of each scene.
-//! 3. [`run`], [`method`]: frames through the library; the forms of the centre that are compared.
+//! 3. [`run`], [`method`]: frames through the library; the forms of the centre that are compared. [`efficient`]: what chance makes of
+//!    any good one.
 //! 4. [`statistics`], [`study`]: errors to figures.
 //! 5. [`exactness`]: the closed forms without pictures.
 //! 6. [`goals`]: what is asked, and what came out.
@@ -12,6 +13,7 @@ pub mod bound;
 pub mod cell;
 pub mod command;
 pub mod csv;
+pub mod efficient;
 pub mod exactness;
 pub mod goals;
 pub mod grid;

@@ -11,12 +11,13 @@ use rayon::prelude::*;
 use super::{
     bound::Bounds,
     cell::Cell,
+    efficient::Efficient,
     method::{METHODS, Method, Run},
     study::index,
 };
 use crate::{
     measure::px,
-    render::{Scene, TargetTruth},
+    render::{Levels, Scene, TargetTruth},
 };
 
 /// A found centre farther from the true one than this, px, belongs to something else.
@@ -44,6 +45,8 @@ pub struct Sample {
     pub estimates: [Option<Estimate>; METHODS.len()],
     /// Targets that are none in this frame, in all runs; counted with the first target of a board.
     pub wrong: usize,
+    /// What the noise of this frame makes of any good estimate, see [`Efficient::control`]; 0 where that is not known.
+    pub control: f64,
 }
 
 /// A target of a scene in several draws of the noise.
@@ -131,6 +134,7 @@ fn groups(cell: &Cell, index: u32, memory: &mut Memory) -> Result<Vec<Group>> {
     let mut groups =
         truths.iter().map(|truth| empty(&scene, truth, cell.dithered)).collect::<Result<Vec<_>>>()?;
     let levels = scene.levels();
+    let efficient = efficient(cell, &scene, &truths, &levels)?;
     let runs: Vec<_> = Run::ALL.into_iter().filter(|run| run.concerns(cell)).collect();
     for draw in 0..cell.draws {
         let pixels = if cell.dithered {
@@ -149,9 +153,28 @@ fn groups(cell: &Cell, index: u32, memory: &mut Memory) -> Result<Vec<Group>> {
         let mut samples: Vec<_> = truths.iter().map(|truth| sample(&seen, truth)).collect();
         let wrong = seen.iter().map(|(_, targets)| wrong(targets, &truths)).sum();
         samples.iter_mut().take(1).for_each(|sample| sample.wrong = wrong);
+        if let (Some(efficient), [sample]) = (&efficient, samples.as_mut_slice()) {
+            sample.control = efficient.control(&pixels, &levels);
+        }
         groups.iter_mut().zip(samples).for_each(|(group, sample)| group.samples.push(sample));
     }
     Ok(groups)
+}
+
+/// For the cells of the goals.
+fn efficient(
+    cell: &Cell,
+    scene: &Scene,
+    truths: &[TargetTruth],
+    levels: &Levels,
+) -> Result<Option<Efficient>> {
+    let [truth] = truths else { return Ok(None) };
+    if !cell.in_range() {
+        return Ok(None);
+    }
+    let bounds = Bounds::new(truth, &scene.camera, &scene.photometry, &|_| true);
+    let combination = bounds.context("too little of a target is visible")?.combination;
+    Ok(Efficient::new(scene, truth, &combination, levels))
 }
 
 /// The levels rounded up or down: over `draws` the threshold of each pixel goes through as many even steps, from one of its own, so
@@ -223,7 +246,7 @@ fn sample(seen: &[(Run, Vec<Target>)], truth: &TargetTruth) -> Sample {
         let normalised = error.dot(matrix.inverse() * error);
         Some(Estimate { error, normalised, reported: (xx + yy) / 2.0, flags: target.flags })
     };
-    Sample { estimates: METHODS.map(estimate), wrong: 0 }
+    Sample { estimates: METHODS.map(estimate), wrong: 0, control: 0.0 }
 }
 
 #[cfg(test)]

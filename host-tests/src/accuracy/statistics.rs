@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::{
     bound::per_coordinate,
-    run::{Estimate, Group},
+    run::{Estimate, Group, Sample},
 };
 
 /// Squared error, in units of the covariance, that 95 of 100 stay below: chi square with two degrees of freedom.
@@ -30,6 +30,9 @@ pub struct Figures {
     pub rms: f64,
     /// Half width of the 95 % confidence interval of `rms`.
     pub spread: f64,
+    /// Root mean square error to expect: what the noise of these frames makes of any good estimate is taken off, as far as that is
+    /// known. With half the width of its 95 % confidence interval.
+    pub expected: (f64, f64),
     /// Length of the mean error in the image.
     pub bias: f64,
     /// Length of the mean error in the directions of the light, or else of the tilt.
@@ -43,8 +46,8 @@ pub struct Figures {
     pub systematic: Option<f64>,
     /// Reported standard deviation.
     pub reported: f64,
-    /// Root mean square error in units of the reported standard deviation.
-    pub over_sigma: f64,
+    /// The same in units of the reported standard deviation.
+    pub over_sigma: (f64, f64),
     /// Share of the errors inside the reported 95 % ellipse.
     pub within: f64,
 }
@@ -53,6 +56,8 @@ pub struct Figures {
 struct Scene<'a> {
     group: &'a Group,
     found: Vec<Estimate>,
+    /// [`Sample::control`](super::run::Sample::control) of the same frames.
+    controls: Vec<f64>,
     mean: DVec2,
 }
 
@@ -63,13 +68,16 @@ impl Figures {
     /// Of the method with this index over all of `groups`. `None` when the target was found in no frame.
     pub fn new(groups: &[&Group], method: usize) -> Option<Self> {
         let scene = |group: &&'_ Group| {
-            let found: Vec<_> = group.samples.iter().filter_map(|sample| sample.estimates[method]).collect();
+            let found = |sample: &Sample| sample.estimates[method].map(|estimate| (estimate, sample.control));
+            let (found, controls): (Vec<_>, Vec<_>) = group.samples.iter().filter_map(found).unzip();
             let mean = found.iter().map(|e| e.error).sum::<DVec2>() / found.len() as f64;
-            (!found.is_empty()).then_some(found).map(|found| (found, mean))
+            (!found.is_empty()).then_some((found, controls, mean))
         };
         let scenes: Vec<_> = groups
             .iter()
-            .filter_map(|group| scene(group).map(|(found, mean)| Scene { group, found, mean }))
+            .filter_map(|group| {
+                scene(group).map(|(found, controls, mean)| Scene { group, found, controls, mean })
+            })
             .collect();
         let count = scenes.iter().map(|scene| scene.found.len()).sum::<usize>();
         if count == 0 {
@@ -80,13 +88,15 @@ impl Figures {
             sums.sum::<f64>() / count as f64
         };
         let length = |axes: [Value; 2]| axes.map(average).map(|a| a * a).iter().sum::<f64>().sqrt();
-        let rms = average(&|_, e| e.error.length_squared() / 2.0).sqrt();
+        let square = |e: &Estimate| e.error.length_squared() / 2.0;
+        let rms = average(&|_, e| square(e)).sqrt();
         Some(Self {
             frames: groups.iter().map(|group| group.samples.len()).sum(),
             found: count,
             bound: average(&|scene, _| per_coordinate(scene.group.bounds[method]).powi(2)).sqrt(),
             rms,
-            spread: CONFIDENCE * uncertainty(&scenes) / (2.0 * rms),
+            spread: CONFIDENCE * mean_square(&scenes, square, 0.0).1 / (2.0 * rms),
+            expected: expected(&scenes, square),
             bias: length([&|_, e| e.error.x, &|_, e| e.error.y]),
             drift: length([&|s, e| s.group.axis.dot(e.error), &|s, e| s.group.axis.perp_dot(e.error)]),
             mean_spread: (IN_95 * scenes.iter().map(|scene| scene.mean.length_squared() / 2.0).sum::<f64>())
@@ -96,33 +106,52 @@ impl Figures {
             feigned: feigned(&scenes),
             scenes: scenes.len(),
             reported: average(&|_, e| e.reported).sqrt(),
-            over_sigma: (average(&|_, e| e.normalised) / 2.0).sqrt(),
+            over_sigma: expected(&scenes, |e| e.normalised / 2.0),
             within: average(&|_, e| f64::from(e.normalised <= IN_95)),
         })
     }
 
-    /// Root mean square error over the bound.
+    /// Root mean square error to expect over the bound.
     pub fn ratio(&self) -> f64 {
-        self.rms / self.bound
+        self.expected.0 / self.bound
     }
 
     /// Half width of the 95 % confidence interval of [`Figures::ratio`].
     pub fn ratio_spread(&self) -> f64 {
-        self.spread / self.bound
+        self.expected.1 / self.bound
     }
 }
 
-/// Standard deviation of the mean square error of a coordinate. Draws of a scene share what is systematic, so scenes
-/// are what is independent.
-fn uncertainty(scenes: &[Scene]) -> f64 {
-    let square = |scene: &Scene| {
-        scene.found.iter().map(|e| e.error.length_squared() / 2.0).sum::<f64>() / scene.found.len() as f64
+/// Root of the mean of a square that each frame has without what chance makes of any good estimate, and half the width of its 95 %
+/// confidence interval.
+fn expected(scenes: &[Scene], square: impl Fn(&Estimate) -> f64) -> (f64, f64) {
+    let frames: Vec<_> =
+        scenes.iter().flat_map(|scene| scene.found.iter().map(&square).zip(&scene.controls)).collect();
+    let middle = frames.iter().map(|(_, control)| *control).sum::<f64>() / frames.len() as f64;
+    let (both, controls) = frames.iter().fold((0.0, 0.0), |(both, controls), (square, control)| {
+        let control = *control - middle;
+        (both + square * control, controls + control * control)
+    });
+    let (mean, deviation) = mean_square(scenes, square, if controls > 0.0 { both / controls } else { 0.0 });
+    // Less than nothing is left by chance alone.
+    let root = mean.max(0.0).sqrt();
+    (root, CONFIDENCE * deviation / (2.0 * root))
+}
+
+/// Mean of a square that each frame has less `share` of its control, and the standard deviation of that. Draws of a scene share what
+/// is systematic, so scenes are what is independent.
+fn mean_square(scenes: &[Scene], square: impl Fn(&Estimate) -> f64, share: f64) -> (f64, f64) {
+    let sum = |scene: &Scene| {
+        scene.found.iter().zip(&scene.controls).map(|(e, control)| square(e) - share * control).sum::<f64>()
     };
-    let squares: Vec<_> = scenes.iter().map(square).collect();
+    let frames = scenes.iter().map(|scene| scene.found.len()).sum::<usize>();
+    let mean = scenes.iter().map(sum).sum::<f64>() / frames as f64;
+    let squares: Vec<_> = scenes.iter().map(|scene| sum(scene) / scene.found.len() as f64).collect();
     let count = squares.len() as f64;
-    let mean = squares.iter().sum::<f64>() / count;
-    let variance = squares.iter().map(|square| (square - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-    (variance / count).sqrt()
+    let middle = squares.iter().sum::<f64>() / count;
+    let variance =
+        squares.iter().map(|square| (square - middle).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    (mean, (variance / count).sqrt())
 }
 
 impl Scene<'_> {
@@ -156,7 +185,7 @@ fn feigned(scenes: &[Scene]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accuracy::{method::METHODS, run::Sample};
+    use crate::accuracy::method::METHODS;
     use concentric::Flags;
     use glam::DMat2;
     use rand_distr::{Distribution, StandardNormal};
@@ -179,7 +208,7 @@ mod tests {
                     reported: 1.0,
                     flags: Flags::default(),
                 };
-                Sample { estimates: [Some(estimate); METHODS.len()], wrong: 0 }
+                Sample { estimates: [Some(estimate); METHODS.len()], wrong: 0, control: 0.0 }
             });
             let bounds = [DMat2::IDENTITY * 0.25; METHODS.len()];
             groups.push(Group {
@@ -207,13 +236,41 @@ mod tests {
         assert!((figures.rms - 1.0).abs() < figures.spread && figures.spread < 0.025, "{figures:?}");
         assert!((figures.ratio() - 2.0 * figures.rms).abs() < 1e-12);
         assert!(
-            (figures.over_sigma - 1.0).abs() < 0.03 && (figures.within - 0.95).abs() < 0.012,
+            (figures.over_sigma.0 - 1.0).abs() < 0.03 && (figures.within - 0.95).abs() < 0.012,
             "{figures:?}"
         );
         assert!(
             figures.bias < 0.05 && figures.drift < 0.05 && figures.systematic < Some(0.15),
             "{figures:?}"
         );
+    }
+
+    /// Chance that a good estimate shares with the control is no part of its error; what it has by itself is.
+    #[test]
+    fn chance_that_is_known_is_taken_off() {
+        let mut groups = groups(0.0, 0.0);
+        groups.truncate(20);
+        for sample in groups.iter_mut().flat_map(|group| &mut group.samples) {
+            sample.control = sample.estimates[0].expect("found").error.length_squared() / 2.0 - 1.0;
+        }
+        let figures =
+            |groups: &[Group]| Figures::new(&groups.iter().collect::<Vec<_>>(), 0).expect("all are found");
+        let same = figures(&groups);
+        assert!((same.rms - 1.0).abs() > 1e-3 && same.spread > 0.05, "{same:?}");
+        assert!((same.expected.0 - 1.0).abs() < 1e-9 && same.expected.1 < 1e-9, "{same:?}");
+        assert!((same.over_sigma.0 - 1.0).abs() < 1e-9, "{same:?}");
+        for (i, estimate) in groups
+            .iter_mut()
+            .flat_map(|g| &mut g.samples)
+            .flat_map(|s| &mut s.estimates)
+            .flatten()
+            .enumerate()
+        {
+            estimate.error += DVec2::from_angle(i as f64 * 2.4) * 0.5;
+        }
+        let worse = figures(&groups);
+        assert!((worse.expected.0 - 1.125f64.sqrt()).abs() < 1.5 * worse.expected.1, "{worse:?}");
+        assert!(worse.expected.1 < 0.7 * worse.spread, "{worse:?}");
     }
 
     #[test]
@@ -227,7 +284,7 @@ mod tests {
     fn what_a_scene_has_to_itself_is_systematic() {
         let figures = figures(0.0, 0.7);
         assert!(
-            (figures.systematic.expect("ten draws") - 0.7).abs() < 0.05 && figures.over_sigma > 1.15,
+            (figures.systematic.expect("ten draws") - 0.7).abs() < 0.05 && figures.over_sigma.0 > 1.15,
             "{figures:?}"
         );
         assert!(figures.within < 0.9, "{figures:?}");

@@ -20,7 +20,7 @@ mod view;
 
 use super::ellipse::{Fitted, FittedList};
 use super::origin::Origin;
-use super::sectors::Sectors;
+use super::sectors::{PLACES, Sectors};
 use super::{Light, check_contrast};
 use crate::appearance::{Model, Outline, Step};
 use crate::edge::{Edge, Edges};
@@ -71,6 +71,8 @@ const CHANCE: f32 = 2.5;
 const MAX_SCATTER: f32 = 3.0;
 /// Room for chance in the noise that neighbouring samples tell.
 const CALM_ROOM: f32 = 1.25;
+/// Residuals this many times as large as that noise are a pattern: dirt, a scratch, a shadow's border.
+const FOREIGN_NOISE: f32 = 1.4;
 /// Least noise of a sample, grey levels: that of rounding.
 const ROUNDING: f32 = 0.29;
 
@@ -193,7 +195,7 @@ fn settle(
         let moved = model.take(&step, size)?;
         if moved < if overlapping { SETTLED_OVERLAPPING } else { SETTLED } {
             check_contrast(model.contrast()).ok()?;
-            return if steps.pass.is_clean() { result(&model, &steps, circles) } else { None };
+            return if steps.pass.is_clean() { result(&model, &steps, noise.calm, circles) } else { None };
         }
     }
     None
@@ -319,8 +321,18 @@ impl Pass {
     }
 }
 
+/// Factor on the covariance of an ellipse through so many points because residuals with this variance are not independent: what
+/// neighbouring samples do not have too moves the points of a place all together.
+fn excess(variance: f32, calm: f32, points: u16) -> f32 {
+    let explained = calm * calm / variance;
+    if explained * (FOREIGN_NOISE * FOREIGN_NOISE) >= 1.0 {
+        return 1.0;
+    }
+    1.0 + f32::from(points) / PLACES as f32 * (1.0 - explained)
+}
+
 #[inline(never)]
-fn result(model: &Model, steps: &Steps<'_>, circles: &mut FittedList) -> Option<Light> {
+fn result(model: &Model, steps: &Steps<'_>, calm: f32, circles: &mut FittedList) -> Option<Light> {
     let Steps { pass, solved, .. } = steps;
     for (k, outline) in model.outlines.iter().enumerate() {
         let (points, scatter, seen) = (solved.points(k)?, solved.scatter(k)?, pass.seen.get(k)?);
@@ -330,7 +342,8 @@ fn result(model: &Model, steps: &Steps<'_>, circles: &mut FittedList) -> Option<
         // The noise of the samples is known better than the scatter of the edge points, unless that is clearly larger.
         let chance = 1.0 + CHANCE * math::sqrt(2.0 / f32::from(points));
         let variance = if scatter > chance * solved.variance { scatter } else { solved.variance };
-        let frame_covariance = solved.spread(k)?.own.map(|row| row.map(|entry| entry * variance));
+        let frame_variance = variance * excess(variance, calm, points);
+        let frame_covariance = solved.spread(k)?.own.map(|row| row.map(|entry| entry * frame_variance));
         let adjusted = Adjusted {
             shape: outline.shape,
             covariance: outline.frame.covariance(&frame_covariance),

@@ -374,3 +374,13 @@ fn no_pixel_counts_twice() {
     pixels.dedup();
     assert!(count > 400 && pixels.len() == count, "{} of {count}", pixels.len());
 }
+
+/// Noise that neighbouring samples have too moves each edge point by itself, a pattern those of a place together.
+#[test]
+fn residuals_that_neighbours_do_not_share_are_a_pattern() {
+    use super::excess;
+    // Twice the noise, of which three quarters of the variance are a pattern, over 80 points in 8 places.
+    assert!((excess(16.0, 2.0, 80) - 8.5).abs() < 1e-5);
+    // What chance makes of either.
+    assert_eq!([excess(4.0, 2.0, 80), excess(6.0, 2.0, 80), excess(4.0, 3.0, 80)], [1.0; 3]);
+}

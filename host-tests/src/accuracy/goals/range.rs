@@ -111,10 +111,10 @@ fn calibration(study: &Study, tier: Tier) -> Option<Goal> {
     let figures = study.range_figures(tier.method);
     let (least, most, outside) = span(
         &figures,
-        |f| f.over_sigma,
+        |f| f.over_sigma.0,
         |f| {
-            let spread = f.over_sigma * f.spread / f.rms;
-            f.over_sigma - spread > 1.1 || f.over_sigma + spread < 0.9
+            let (ratio, spread) = f.over_sigma;
+            ratio - spread > 1.1 || ratio + spread < 0.9
         },
     )?;
     let measured = format!("{least:.2} .. {most:.2}, {outside} of {} cells outside", figures.len());

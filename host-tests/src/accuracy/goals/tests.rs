@@ -76,7 +76,7 @@ fn outcome(cell: Cell, fault: Fault) -> Outcome {
                 Estimate { error: error * factor, ..estimate }
             };
             let estimates = METHODS.map(|method| found.then(|| by_method(method.name)));
-            Sample { estimates, wrong: 0 }
+            Sample { estimates, wrong: 0, control: 0.0 }
         };
         Group {
             bounds: [DMat2::IDENTITY * (sigma * sigma); METHODS.len()],
