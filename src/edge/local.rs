@@ -38,15 +38,11 @@ pub(super) struct Local {
 
 /// An edge and those next to it: on the light side and on the dark side, where they are near enough to have a part in the samples.
 pub(super) struct Views<'l> {
-    pub edge: &'l [Trace; 2],
-    pub light: Option<&'l [Trace; 2]>,
-    pub dark: Option<&'l [Trace; 2]>,
+    pub edge: &'l Trace,
+    pub light: Option<&'l Trace>,
+    pub dark: Option<&'l Trace>,
     pub dark_inside: bool,
     pub origin: (i32, i32),
-}
-
-fn on(axis: Axis, [row, column]: &[Trace; 2]) -> &Trace {
-    if axis == Axis::Row { row } else { column }
 }
 
 impl Views<'_> {
@@ -59,9 +55,8 @@ impl Views<'_> {
         let rising = n2 + n3 > n0 + n1;
         let axis = crossing.axis();
         let row = axis == Axis::Row;
-        let middle = if row { (2 * x - 1, 2 * y) } else { (2 * y - 1, 2 * x) };
-        let trace = on(axis, self.edge);
-        let look = trace.look(middle)?;
+        let place = if row { (2 * x - 1, 2 * y) } else { (2 * x, 2 * y - 1) };
+        let look = self.edge.look(axis, place)?;
         let (outwards, across) = look.cosines;
         let cosine = outwards.abs();
         if cosine < across.abs()
@@ -73,14 +68,14 @@ impl Views<'_> {
         }
         let by_cosine = (1 << 28) / cosine.max(1);
         let along = |length: i32| (length * (by_cosine >> 1)) >> 13;
-        let gap = |next: Option<&[Trace; 2]>| {
-            let there = on(axis, next?).distance(middle)?;
+        let gap = |next: Option<&Trace>| {
+            let there = next?.distance(place)?;
             Some(along((there - look.distance).abs())).filter(|&gap| gap < (MAX_GAP * PX as f32) as i32)
         };
         Some(Local {
             axis,
             sign: if rising { 1 } else { -1 },
-            middle,
+            middle: if row { place } else { (place.1, place.0) },
             // Along the axis, light lies outside or inside of the edge.
             at: along(if self.dark_inside { -look.distance } else { look.distance }),
             cosine,

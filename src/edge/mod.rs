@@ -72,8 +72,8 @@ pub(crate) struct Edges<'e> {
     pub origin: (u16, u16),
 }
 
-/// The ellipses of all edges as rows and as columns see them.
-pub(crate) struct Lines(Vec<Option<[Trace; 2]>, MAX_CIRCLES>);
+/// The ellipses of all edges as rows and columns see them.
+pub(crate) struct Lines(Vec<Option<Trace>, MAX_CIRCLES>);
 
 impl Edges<'_> {
     /// Not inlined, so that it is made where it stays.
@@ -81,7 +81,7 @@ impl Edges<'_> {
     pub fn lines(&self) -> Lines {
         let mut lines = Vec::new();
         for edge in self.edges {
-            if lines.push(Trace::both(&edge.shape)).is_err() {
+            if lines.push(Trace::new(&edge.shape)).is_err() {
                 break;
             }
         }
