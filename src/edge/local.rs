@@ -2,7 +2,7 @@
 
 use super::MAX_GAP;
 use super::profile::{Blurred, normal_fixed};
-use super::trace::Trace;
+use super::trace::{Conic, Trace};
 use crate::fixed::{ONE, PX, scale};
 use crate::scan::{Axis, Crossing};
 
@@ -34,6 +34,8 @@ pub(super) struct Local {
     /// Distance to the next edges on the light and on the dark side, px, where they have a part in the samples.
     pub light_gap: Option<i32>,
     pub dark_gap: Option<i32>,
+    /// The edge's conic at the middle.
+    pub conic: Conic,
 }
 
 /// An edge and those next to it: on the light side and on the dark side, where they are near enough to have a part in the samples.
@@ -47,8 +49,13 @@ pub(super) struct Views<'l> {
 
 impl Views<'_> {
     /// `None` if the other axis is the better one here, or the crossing does not belong to this edge.
-    #[inline]
     pub fn local(&self, crossing: &Crossing) -> Option<Local> {
+        self.local_inline(crossing)
+    }
+
+    /// The same for the one pass in which most crossings are looked at.
+    #[inline(always)]
+    pub fn local_inline(&self, crossing: &Crossing) -> Option<Local> {
         let x = i32::from(crossing.x) - self.origin.0;
         let y = i32::from(crossing.y()) - self.origin.1;
         let [_, n0, n1, n2, n3, _] = crossing.near.map(i32::from);
@@ -83,6 +90,7 @@ impl Views<'_> {
             bend: if self.dark_inside { look.bend } else { -look.bend },
             light_gap: gap(self.light),
             dark_gap: gap(self.dark),
+            conic: look.conic,
         })
     }
 }
@@ -104,8 +112,13 @@ impl Local {
         }
     }
 
-    /// What the neighbouring edges add to the lightness `h` px from this edge.
+    /// Whether no other edge has a part in the samples.
     #[inline]
+    pub fn is_alone(&self) -> bool {
+        self.light_gap.is_none() && self.dark_gap.is_none()
+    }
+
+    /// What the neighbouring edges add to the lightness `h` px from this edge.
     pub fn neighbours(&self, h: i32, edge: &Blurred) -> i32 {
         let light = self.light_gap.map_or(0, |gap| normal_fixed(edge.straight(h - gap)).0);
         let dark = self.dark_gap.map_or(0, |gap| normal_fixed(-edge.straight(h + gap)).0);

@@ -1,6 +1,6 @@
 //! An ellipse as rows and columns pass it, in integers of 32 bits.
 
-use crate::fit::{Frame, Shape};
+use crate::fit::{Frame, Shape, View};
 use crate::fixed::{BEND, Inverse, ONE, PX, fixed, scale};
 use crate::math;
 use crate::scan::Axis;
@@ -44,12 +44,23 @@ pub(super) struct Look {
     pub change: i32,
     /// Half the curvature of the ellipse nearest to it, 1/px.
     pub bend: i32,
+    pub conic: Conic,
+}
+
+/// The conic at a place and along an axis through it.
+pub(super) struct Conic {
+    /// The place in the frame.
+    place: (i32, i32),
+    /// Half the conic, px, and its first and second derivative along the axis.
+    depth: i32,
+    slope: i32,
+    second: i32,
+    by_gradient: Inverse,
 }
 
 impl Trace {
-    /// `None` if it is no ellipse.
-    pub fn new(shape: &Shape) -> Option<Self> {
-        let (_, minor) = shape.semi_axes();
+    /// `minor` is the semi-minor axis, px. `None` if it is no ellipse.
+    pub fn new(shape: &Shape, minor: f32) -> Option<Self> {
         let frame = Frame::new(shape)?;
         let Frame { l0, l1, l2 } = frame;
         let (u, v) = frame.vector(-shape.cx, -shape.cy);
@@ -104,25 +115,41 @@ impl Trace {
         let (place, square) = self.place(place).filter(|(_, square)| *square < NEAR)?;
         let (gradient, by_gradient) = self.gradient(place, COARSE);
         let by_gradient = by_gradient?;
-        let distance = by_gradient.of(self.depth(square)?);
+        let depth = self.depth(square)?;
+        let distance = by_gradient.of(depth);
         if distance.abs() > DEEPEST {
             return None;
         }
         // Distance from the centre less 1, by the series of the root.
         let excess = (square.wrapping_sub(1 << PLACE) as i32) >> (PLACE - ONE.ilog2());
         let beyond = (excess - (scale(excess, excess) >> 2)) >> 1;
-        let (x, y) = (by_gradient.cosine(gradient.0), by_gradient.cosine(gradient.1));
-        let (cosines, second) =
+        let (x, y) = gradient;
+        let ((slope, across), second) =
             if axis == Axis::Row { ((x, y), self.second.0) } else { ((y, x), self.second.1) };
         // The gradient on the ellipse is as much less as the place is farther from the centre.
         let reach = scale(by_gradient.of(self.ratio), ONE + beyond);
         Some(Look {
             // The conic is the distance times half of 1 + 1 / radius.
             distance: scale(distance, ONE + ((beyond - (scale(beyond, beyond) >> 1)) >> 1)),
-            cosines,
+            cosines: (by_gradient.cosine(slope), by_gradient.cosine(across)),
             change: by_gradient.of(second),
             bend: scale(scale(scale(self.bend, reach), reach), reach),
+            conic: Conic { place, depth, slope, second, by_gradient },
         })
+    }
+
+    /// The place on the axis through that of `conic`, so many px from it, which is near the ellipse.
+    #[inline]
+    pub fn view(&self, axis: Axis, conic: &Conic, along: i32) -> View {
+        let Conic { place: (u, v), depth, slope, second, by_gradient } = *conic;
+        let depth = depth + ((slope * along) >> 14) + ((second * ((along * along) >> 12)) >> 17);
+        let [l0, l1, l2] = self.frame.map(|entry| entry >> 10);
+        let (by_u, by_v) = if axis == Axis::Row { (l0, 0) } else { (l1, l2) };
+        View {
+            place: ((u << 1) + ((by_u * along) >> 13), (v << 1) + ((by_v * along) >> 13)),
+            distance: by_gradient.of(depth.clamp(-DEEPEST, DEEPEST)),
+            by_gradient,
+        }
     }
 
     /// How far a place about the origin, px / 2, is outside, px: exact for a circle and near the ellipse. `None` where it is farther
@@ -155,7 +182,7 @@ mod tests {
             let shape =
                 Shape::from_moments(0.3, -0.4, p * c * c + q * s * s, (p - q) * s * c, p * s * s + q * c * c)
                     .unwrap();
-            let trace = Trace::new(&shape).unwrap();
+            let trace = Trace::new(&shape, b).unwrap();
             let mut seen = 0;
             for i in 0..1000 {
                 let (sin, cos) = libm::sincosf(i as f32 * 0.00628);
