@@ -94,8 +94,8 @@ fn one_pass_corrects_outline_and_light() {
             let (major, minor) = circle.adjusted.shape.semi_axes();
             let [dx, dy, da, db] = [cx - CENTRE.0, cy - CENTRE.1, major - a, minor - b];
             assert!(dx.abs().max(dy.abs()) < 0.004, "{off} {a}: {dx} {dy}");
-            // The rendered edge is not quite that of a blurred ellipse.
-            assert!(da.abs().max(db.abs()) < 0.025, "{off} {a}: {da} {db}");
+            // The rendered profile is that of a straight edge: what a bent one is corrected by is too much here.
+            assert!(da.abs().max(db.abs()) < 0.05, "{off} {a}: {da} {db}");
         }
     }
 }
