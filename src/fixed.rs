@@ -45,6 +45,7 @@ pub(crate) fn reciprocal((x, y): (i32, i32)) -> i32 {
 }
 
 /// The reciprocal of a square root.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Inverse {
     /// Of the root after so many doublings.
     inverse: i32,

@@ -1,14 +1,16 @@
 //! The levels of a target: one dark and one bright level under one plane of illumination.
 
-use super::light::Light;
+mod normals;
+
+use super::light::{Light, LightThere};
 use super::local::{FAR, Local, NEAR};
 use super::place::{Blur, Sharpness};
 use super::profile::{Blurred, PEAK, mean_tail};
 use super::{Edges, Lines};
-use crate::fit::{Factor, Shape, Spread};
+use crate::fit::Shape;
 use crate::fixed::{GREY, ONE, PX, fixed, scale};
-use crate::math;
-use crate::scan::{Axis, Crossing, Pool};
+use crate::scan::{Axis, Crossing, Pool, Stretch};
+use normals::{Normals, TERM};
 
 /// A residual above this share of the contrast is no flat area: dirt, a mark, another object.
 const OUTLIER: f32 = 0.25;
@@ -27,6 +29,8 @@ const INDEPENDENT: f32 = 64.0;
 const CLIPPED_SLOPE: f32 = 1.0 / 12.0;
 /// Lightness that the levels of an edge are expected to have at the far samples before the near ones are asked.
 const CLEAR: i32 = ONE / 2;
+/// Standard deviations to the border of a far stretch beyond which the edge has no part in it: less than 1/2000 of the contrast.
+const UNREACHED: i32 = 11 * PX / 4;
 /// Level with which the first plane is additive, as both levels.
 const EVEN: f32 = 128.0;
 /// How far beyond the target the samples reach, px: the unit of places is so much more than its semi-major axis.
@@ -120,45 +124,118 @@ impl Levels {
         blur: &Blur,
         (pass, covered): (Pass, bool),
     ) -> Option<Self> {
-        let Blur { sigma, noise } = *blur;
-        let mut normals = Normals::default();
-        let unit = edges.edges.first()?.shape.semi_axes().0 + BEYOND;
-        let grey = |level: f32| fixed(level.min(1e3), GREY);
-        let limit = grey(match pass {
-            Pass::First => f32::INFINITY,
-            Pass::Look => OUTLIER * self.contrast(),
-            Pass::All if covered => COVERED_OUTLIER * self.contrast() + COVERED_OUTLIER_SIGMAS * self.spread,
-            Pass::All => (LAST_OUTLIER + LAST_OUTLIER_SIGMAS * noise).min(OUTLIER) * self.contrast(),
-        });
-        // Far samples reach to what covers a part of the target; wide edges leave no others.
-        let nearest = covered && sigma < SHARP;
-        let (light, sharpness) = (Light::new(self), Sharpness::new(sigma));
-        let by_unit = fixed(1.0 / unit, 1 << 27);
-        let ends = (grey(self.noise + 0.5), grey(254.5 - self.noise));
+        let mut gauge = Gauge::new(self, edges, blur, (pass, covered))?;
         for (k, edge) in edges.edges.iter().enumerate() {
             let Some(views) = edges.views(k, lines) else { continue };
             let stride = if pass == Pass::All { 1 } else { edge.stride() };
             for crossing in pool.iter(edge.crossings).step_by(stride) {
-                let Some(local) = views.local(crossing) else { continue };
-                let at = light.at(&local);
-                let samples = Sample::both(&local, crossing, &local.blurred(&sharpness), nearest);
-                for ((sample, side), sums) in samples.iter().zip([-1, 1]).zip(&mut normals.sides) {
-                    normals.samples += 1;
-                    normals.clipped += u32::from(sample.far_level <= ends.0 || sample.far_level >= ends.1);
-                    let place = side * sample.place;
-                    let residual = sample.level - scale(light.mixed(sample.lightness), at.beside(place));
-                    normals.spread.add_fixed(residual, GREY.ilog2());
-                    if residual.abs() < limit {
-                        let along = local.middle.0 + local.sign * place;
-                        let [along, across] =
-                            [along, local.middle.1].map(|at| (at * by_unit) >> (ONE.ilog2() - TERM + 14));
-                        let place = if local.axis == Axis::Row { (along, across) } else { (across, along) };
-                        sums.add(sample, place, residual);
-                    }
-                }
+                let Some(local) = &views.local(crossing) else { continue };
+                gauge.add(local, crossing, &local.blurred(&gauge.sharpness), &gauge.light.at(local));
             }
         }
-        normals.solve(self, unit)
+        gauge.levels()
+    }
+}
+
+/// A pass over the crossings.
+pub(super) struct Gauge<'l> {
+    before: &'l Levels,
+    pub light: Light,
+    pub sharpness: Sharpness,
+    /// Unit of places, px, and its reciprocal.
+    unit: f32,
+    by_unit: i32,
+    /// Largest residual.
+    limit: i32,
+    covered: bool,
+    nearest: bool,
+    /// Where the grey scale ends.
+    ends: (i32, i32),
+    normals: Normals,
+}
+
+impl<'l> Gauge<'l> {
+    /// Of all crossings, of a target that nothing covers.
+    pub fn of_all(before: &'l Levels, edges: &Edges<'_>, blur: &Blur) -> Option<Self> {
+        Self::new(before, edges, blur, (Pass::All, false))
+    }
+
+    fn new(
+        before: &'l Levels,
+        edges: &Edges<'_>,
+        &Blur { sigma, noise }: &Blur,
+        (pass, covered): (Pass, bool),
+    ) -> Option<Self> {
+        let unit = edges.edges.first()?.axes.0 + BEYOND;
+        let grey = |level: f32| fixed(level.min(1e3), GREY);
+        let limit = match pass {
+            Pass::First => f32::INFINITY,
+            Pass::Look => OUTLIER * before.contrast(),
+            Pass::All if covered => {
+                COVERED_OUTLIER * before.contrast() + COVERED_OUTLIER_SIGMAS * before.spread
+            }
+            Pass::All => (LAST_OUTLIER + LAST_OUTLIER_SIGMAS * noise).min(OUTLIER) * before.contrast(),
+        };
+        Some(Self {
+            before,
+            light: Light::new(before),
+            sharpness: Sharpness::new(sigma),
+            unit,
+            by_unit: fixed(1.0 / unit, 1 << 27),
+            limit: grey(limit),
+            covered,
+            // Far samples reach to what covers a part of the target; wide edges leave no others.
+            nearest: covered && sigma < SHARP,
+            ends: (grey(before.noise + 0.5), grey(254.5 - before.noise)),
+            normals: Normals::default(),
+        })
+    }
+
+    /// Adds the samples of a crossing; `edge` is its profile there.
+    #[inline]
+    pub fn add(&mut self, local: &Local, crossing: &Crossing, edge: &Blurred, there: &LightThere) {
+        let [dark, .., light] = local.near(crossing);
+        let [before, after] = crossing.far();
+        let (of_dark, of_light) = if local.sign > 0 { (before, after) } else { (after, before) };
+        let across = self.place(local.middle.1);
+        self.add_side((local, edge, there), (-1, of_dark, dark), across);
+        self.add_side((local, edge, there), (1, of_light, light), across);
+    }
+
+    /// A place, px / 2, in units of the target.
+    #[inline]
+    fn place(&self, at: i32) -> i32 {
+        const LESS: u32 = ONE.ilog2() - TERM + 14;
+        (at * self.by_unit + (1 << (LESS - 1))) >> LESS
+    }
+
+    /// Adds what is on the dark side (-1) or on the light side (1).
+    #[inline(always)]
+    fn add_side(
+        &mut self,
+        (local, edge, there): (&Local, &Blurred, &LightThere),
+        (side, far, near): (i32, Stretch, i32),
+        across: i32,
+    ) {
+        let sample = Sample::new((local, edge), (side, far, near), self.nearest);
+        let normals = &mut self.normals;
+        normals.samples += 1;
+        normals.clipped += u32::from(sample.far_level <= self.ends.0 || sample.far_level >= self.ends.1);
+        let place = side * sample.place;
+        let residual = sample.level - scale(self.light.mixed(sample.lightness), there.beside(place));
+        if self.covered {
+            normals.spread.add_fixed(residual, GREY.ilog2());
+        }
+        if residual.abs() < self.limit {
+            let along = self.place(local.middle.0 + local.sign * place);
+            let place = if local.axis == Axis::Row { (along, across) } else { (across, along) };
+            let [of_dark, of_light] = &mut self.normals.sides;
+            if side < 0 { of_dark } else { of_light }.add(&sample, place, residual);
+        }
+    }
+
+    pub fn levels(&self) -> Option<Levels> {
+        self.normals.solve(self.before, self.unit)
     }
 }
 
@@ -188,35 +265,35 @@ struct Sample {
 }
 
 impl Sample {
-    /// Of the dark side and of the light side: the far stretch if it is clear of all edges, or else the near sample; always that
-    /// where it is `nearest` that counts.
-    #[inline]
-    fn both(local: &Local, crossing: &Crossing, edge: &Blurred, nearest: bool) -> [Self; 2] {
-        let [dark, .., light] = local.near(crossing);
-        let [before, after] = crossing.far().map(|stretch| {
-            let (log, sum) = stretch.sum();
-            (log, (i32::from(sum) * GREY) >> log)
-        });
-        let far = if local.sign > 0 { [before, after] } else { [after, before] };
-        let [of_dark, of_light] = [(-1, dark), (1, light)];
-        [(of_dark, far[0]), (of_light, far[1])].map(|((side, near), (log, far_level))| {
-            if !nearest {
-                let lightness = lightness(local, edge, (side, FAR), log);
-                let flatness = flatness(lightness);
-                if flatness > CLEAR {
-                    let place = 6 + (1 << log);
-                    return Self { place, level: far_level, lightness, flatness, log, far_level };
-                }
-            }
-            let lightness = lightness(local, edge, (side, NEAR[3]), 0);
+    /// Of the dark side (-1) or of the light side (1): the far stretch if it is clear of all edges, or else the near sample; always
+    /// that where it is `nearest` that counts.
+    #[inline(always)]
+    fn new((local, edge): (&Local, &Blurred), (side, far, near): (i32, Stretch, i32), nearest: bool) -> Self {
+        let (log, sum) = far.sum();
+        let far_level = (i32::from(sum) * GREY) >> log;
+        if !nearest {
+            let lightness =
+                clear(local, edge, (side, log)).unwrap_or_else(|| lightness(local, edge, (side, FAR), log));
             let flatness = flatness(lightness);
-            Self { place: 3, level: near * GREY, lightness, flatness, log: 0, far_level }
-        })
+            if flatness > CLEAR {
+                let place = 6 + (1 << log);
+                return Self { place, level: far_level, lightness, flatness, log, far_level };
+            }
+        }
+        let lightness = lightness(local, edge, (side, NEAR[3]), 0);
+        let flatness = flatness(lightness);
+        Self { place: 3, level: near * GREY, lightness, flatness, log: 0, far_level }
     }
 }
 
+/// Lightness of a far stretch of more than one pixel that no edge reaches.
+#[inline(always)]
+fn clear(local: &Local, edge: &Blurred, (side, log): (i32, u32)) -> Option<i32> {
+    let border = side * edge.deviation(side * FAR - local.at) - (edge.k >> 2);
+    (log > 0 && border >= UNREACHED && local.is_alone()).then_some(if side > 0 { ONE } else { 0 })
+}
+
 /// Lightness of a stretch of pixels, of which the nearest is at `first` px on the light side (1) or the dark side (-1).
-#[inline]
 fn lightness(local: &Local, edge: &Blurred, (side, first): (i32, i32), log: u32) -> i32 {
     let k = edge.k >> 1;
     let h = side * first - local.at;
@@ -237,119 +314,4 @@ fn flatness(lightness: i32) -> i32 {
     let flat = ONE - 2 * lightness.min(ONE - lightness).max(0);
     let square = scale(flat, flat);
     scale(square, square)
-}
-
-/// Bits of the number of pixels as a weight, and of places in units of the target.
-const WEIGHT: u32 = 4;
-const TERM: u32 = 9;
-
-/// Weighted sums over the samples on one side of the edges.
-#[derive(Clone, Copy, Default)]
-struct Side {
-    weight: u32,
-    lightness: i64,
-    /// Of places, and of their products.
-    x: i32,
-    y: i32,
-    xx: i64,
-    xy: i64,
-    yy: i64,
-    /// Of what the levels before leave, by itself and with the places; and of its squares.
-    residual: i64,
-    residual_x: i64,
-    residual_y: i64,
-    squares: u64,
-    /// Sum of the weights for one pixel.
-    weights: u32,
-}
-
-impl Side {
-    #[inline]
-    fn add(&mut self, sample: &Sample, (x, y): (i32, i32), residual: i32) {
-        let weight = (sample.flatness << sample.log) >> (ONE.ilog2() - WEIGHT);
-        self.weight += weight.unsigned_abs();
-        self.lightness += i64::from(weight * sample.lightness);
-        let (wx, wy) = (weight * x, weight * y);
-        self.x += wx;
-        self.y += wy;
-        self.xx += i64::from(wx * x);
-        self.xy += i64::from(wx * y);
-        self.yy += i64::from(wy * y);
-        let weighted = weight * residual;
-        self.residual += i64::from(weighted);
-        let weighted = (weighted + (1 << (WEIGHT - 1))) >> WEIGHT;
-        self.residual_x += i64::from(weighted * x);
-        self.residual_y += i64::from(weighted * y);
-        self.squares += u64::from(weighted.unsigned_abs()) * u64::from(residual.unsigned_abs());
-        self.weights += sample.flatness.unsigned_abs() >> (ONE.ilog2() - WEIGHT);
-    }
-}
-
-/// What the samples tell of the changes of dark, bright and the two slopes.
-#[derive(Default)]
-struct Normals {
-    /// Dark and bright.
-    sides: [Side; 2],
-    spread: Spread,
-    samples: u32,
-    clipped: u32,
-}
-
-impl Normals {
-    /// The levels after `before`; places are in units of `unit` px. All samples of a side have its mean lightness here: their own
-    /// hardly differs, and what they leave is that from their own.
-    #[inline(never)]
-    fn solve(&self, before: &Levels, unit: f32) -> Option<Levels> {
-        const PIXEL: f32 = 1.0 / (1 << WEIGHT) as f32;
-        const PLACE: f32 = 1.0 / (1 << TERM) as f32;
-        const LEVEL: f32 = 1.0 / GREY as f32;
-        let (mut m, mut right) = ([[0.0; 4]; 4], [0.0; 4]);
-        let (mut squares, mut weights) = (0.0, 0.0);
-        for side in &self.sides {
-            let lightness = side.lightness as f32 / (ONE as f32 * side.weight.max(1) as f32);
-            let level = (before.dark + before.contrast() * lightness) / SLOPE;
-            let place = level * PIXEL * PLACE;
-            let product = level * level * PIXEL * PLACE * PLACE;
-            let [weight, x, y] = [PIXEL * side.weight as f32, place * side.x as f32, place * side.y as f32];
-            let own = [1.0 - lightness, lightness];
-            for i in 0..2 {
-                for j in 0..=i {
-                    m[i][j] += weight * own[i] * own[j];
-                }
-                m[2][i] += own[i] * x;
-                m[3][i] += own[i] * y;
-                right[i] += own[i] * PIXEL * LEVEL * side.residual as f32;
-            }
-            m[2][2] += product * side.xx as f32;
-            m[3][2] += product * side.xy as f32;
-            m[3][3] += product * side.yy as f32;
-            right[2] += level * PLACE * LEVEL * side.residual_x as f32;
-            right[3] += level * PLACE * LEVEL * side.residual_y as f32;
-            squares += LEVEL * LEVEL * side.squares as f32;
-            weights += PIXEL * side.weights as f32;
-        }
-        let factor = Factor::new(&m)?;
-        let [dark, bright, gx, gy] = factor.solve(right);
-        let scale = 1.0 / (SLOPE * unit);
-        let variance = squares / weights;
-        let of_slopes = variance * scale * scale;
-        let [_, _, xx, xy] = factor.solve([0.0, 0.0, of_slopes, 0.0]);
-        let [_, _, _, yy] = factor.solve([0.0, 0.0, 0.0, of_slopes]);
-        let clipped = self.clipped > self.samples / 10;
-        // Where the scale ends the light may change unseen.
-        let most = CLIPPED_SLOPE / (unit - BEYOND);
-        let unseen = if clipped { most * most } else { 0.0 };
-        let (xx, yy) = (xx + unseen, yy + unseen);
-        Some(Levels {
-            dark: before.dark + dark,
-            bright: before.bright + bright,
-            gx: before.gx + gx * scale,
-            gy: before.gy + gy * scale,
-            slopes: (xx, xy, yy),
-            noise: math::sqrt(variance),
-            spread: self.spread.sigma(),
-            pixels: PIXEL * self.sides.iter().fold(0, |sum, side| sum + side.weight) as f32,
-            clipped,
-        })
-    }
 }

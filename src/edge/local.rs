@@ -2,7 +2,7 @@
 
 use super::MAX_GAP;
 use super::profile::{Blurred, normal_fixed};
-use super::trace::Trace;
+use super::trace::{Conic, Trace};
 use crate::fixed::{ONE, PX, scale};
 use crate::scan::{Axis, Crossing};
 
@@ -34,34 +34,36 @@ pub(super) struct Local {
     /// Distance to the next edges on the light and on the dark side, px, where they have a part in the samples.
     pub light_gap: Option<i32>,
     pub dark_gap: Option<i32>,
+    /// The edge's conic at the middle.
+    pub conic: Conic,
 }
 
 /// An edge and those next to it: on the light side and on the dark side, where they are near enough to have a part in the samples.
 pub(super) struct Views<'l> {
-    pub edge: &'l [Trace; 2],
-    pub light: Option<&'l [Trace; 2]>,
-    pub dark: Option<&'l [Trace; 2]>,
+    pub edge: &'l Trace,
+    pub light: Option<&'l Trace>,
+    pub dark: Option<&'l Trace>,
     pub dark_inside: bool,
     pub origin: (i32, i32),
 }
 
-fn on(axis: Axis, [row, column]: &[Trace; 2]) -> &Trace {
-    if axis == Axis::Row { row } else { column }
-}
-
 impl Views<'_> {
     /// `None` if the other axis is the better one here, or the crossing does not belong to this edge.
-    #[inline]
     pub fn local(&self, crossing: &Crossing) -> Option<Local> {
+        self.local_inline(crossing)
+    }
+
+    /// The same for the one pass in which most crossings are looked at.
+    #[inline(always)]
+    pub fn local_inline(&self, crossing: &Crossing) -> Option<Local> {
         let x = i32::from(crossing.x) - self.origin.0;
         let y = i32::from(crossing.y()) - self.origin.1;
         let [_, n0, n1, n2, n3, _] = crossing.near.map(i32::from);
         let rising = n2 + n3 > n0 + n1;
         let axis = crossing.axis();
         let row = axis == Axis::Row;
-        let middle = if row { (2 * x - 1, 2 * y) } else { (2 * y - 1, 2 * x) };
-        let trace = on(axis, self.edge);
-        let look = trace.look(middle)?;
+        let place = if row { (2 * x - 1, 2 * y) } else { (2 * x, 2 * y - 1) };
+        let look = self.edge.look(axis, place)?;
         let (outwards, across) = look.cosines;
         let cosine = outwards.abs();
         if cosine < across.abs()
@@ -73,14 +75,14 @@ impl Views<'_> {
         }
         let by_cosine = (1 << 28) / cosine.max(1);
         let along = |length: i32| (length * (by_cosine >> 1)) >> 13;
-        let gap = |next: Option<&[Trace; 2]>| {
-            let there = on(axis, next?).distance(middle)?;
+        let gap = |next: Option<&Trace>| {
+            let there = next?.distance(place)?;
             Some(along((there - look.distance).abs())).filter(|&gap| gap < (MAX_GAP * PX as f32) as i32)
         };
         Some(Local {
             axis,
             sign: if rising { 1 } else { -1 },
-            middle,
+            middle: if row { place } else { (place.1, place.0) },
             // Along the axis, light lies outside or inside of the edge.
             at: along(if self.dark_inside { -look.distance } else { look.distance }),
             cosine,
@@ -88,6 +90,7 @@ impl Views<'_> {
             bend: if self.dark_inside { look.bend } else { -look.bend },
             light_gap: gap(self.light),
             dark_gap: gap(self.dark),
+            conic: look.conic,
         })
     }
 }
@@ -109,8 +112,13 @@ impl Local {
         }
     }
 
-    /// What the neighbouring edges add to the lightness `h` px from this edge.
+    /// Whether no other edge has a part in the samples.
     #[inline]
+    pub fn is_alone(&self) -> bool {
+        self.light_gap.is_none() && self.dark_gap.is_none()
+    }
+
+    /// What the neighbouring edges add to the lightness `h` px from this edge.
     pub fn neighbours(&self, h: i32, edge: &Blurred) -> i32 {
         let light = self.light_gap.map_or(0, |gap| normal_fixed(edge.straight(h - gap)).0);
         let dark = self.dark_gap.map_or(0, |gap| normal_fixed(-edge.straight(h + gap)).0);

@@ -12,11 +12,13 @@ mod light;
 mod local;
 mod place;
 mod profile;
+mod survey;
 mod trace;
 
 pub(crate) use levels::Levels;
 pub(crate) use place::{Blur, measure_blur, place};
 pub(crate) use profile::{normal, normal_fixed};
+pub(crate) use survey::{Point, Survey};
 
 use crate::fit::Shape;
 use crate::scan::{CrossingList, Outline};
@@ -35,8 +37,8 @@ const MAX_GAP: f32 = 9.0;
 pub(crate) struct Edge {
     /// Ellipse about the candidate's origin.
     pub shape: Shape,
-    /// Its semi-minor axis, px.
-    minor: f32,
+    /// Its semi-axes, px.
+    pub axes: (f32, f32),
     /// Dark inside, light outside.
     pub dark_inside: bool,
     /// Only arcs of it are seen.
@@ -49,14 +51,13 @@ pub(crate) struct Edge {
 impl Edge {
     pub fn new(shape: Shape, outline: &Outline) -> Self {
         let Outline { cut, crossings, .. } = *outline;
-        let partial = outline.is_partial();
-        let (_, minor) = shape.semi_axes();
-        Self { shape, minor, dark_inside: outline.moments.area > 0, partial, cut, crossings }
+        let (partial, axes) = (outline.is_partial(), shape.semi_axes());
+        Self { shape, axes, dark_inside: outline.moments.area > 0, partial, cut, crossings }
     }
 
     /// The same with a better ellipse.
     pub fn with_shape(&self, shape: Shape) -> Self {
-        Self { shape, minor: shape.semi_axes().1, ..*self }
+        Self { shape, axes: shape.semi_axes(), ..*self }
     }
 
     /// Every how many crossings one is taken for what the whole target shares: an odd number, because a row leaves one on
@@ -73,8 +74,8 @@ pub(crate) struct Edges<'e> {
     pub origin: (u16, u16),
 }
 
-/// The ellipses of all edges as rows and as columns see them.
-pub(crate) struct Lines(Vec<Option<[Trace; 2]>, MAX_CIRCLES>);
+/// The ellipses of all edges as rows and columns see them.
+pub(crate) struct Lines(Vec<Option<Trace>, MAX_CIRCLES>);
 
 impl Edges<'_> {
     /// Not inlined, so that it is made where it stays.
@@ -82,7 +83,7 @@ impl Edges<'_> {
     pub fn lines(&self) -> Lines {
         let mut lines = Vec::new();
         for edge in self.edges {
-            if lines.push(Trace::both(&edge.shape)).is_err() {
+            if lines.push(Trace::new(&edge.shape, edge.axes.1)).is_err() {
                 break;
             }
         }
@@ -94,7 +95,7 @@ impl Edges<'_> {
         let near = |k: Option<usize>| {
             let next = self.edges.get(k?).filter(|next| next.dark_inside != edge.dark_inside)?;
             // Between similar ellipses the gap is narrowest on the minor axis.
-            let near = (next.minor - edge.minor).abs() < MAX_GAP + 1.0;
+            let near = (next.axes.1 - edge.axes.1).abs() < MAX_GAP + 1.0;
             lines.get(k?).filter(|_| near)?.as_ref()
         };
         let (outer, inner) = (near(k.checked_sub(1)), near(Some(k + 1)));

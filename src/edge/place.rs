@@ -1,6 +1,6 @@
 //! Where the edge passes on the axis of a crossing, and how blurred the edges are.
 
-use super::light::Light;
+use super::light::{Light, LightThere};
 use super::local::{Local, NEAR};
 use super::profile::{Blurred, normal_fixed};
 use super::{Edges, Levels, Lines};
@@ -65,8 +65,8 @@ pub(crate) fn measure_blur((edges, lines): (&Edges<'_>, &Lines), pool: &Pool<'_>
         for (k, edge) in edges.edges.iter().enumerate() {
             let Some(views) = edges.views(k, lines) else { continue };
             for crossing in pool.iter(edge.crossings).step_by(edge.stride()) {
-                let Some(local) = views.local(crossing) else { continue };
-                let profile = Profile::new(&local, crossing, &light, &sharpness);
+                let Some(local) = &views.local(crossing) else { continue };
+                let profile = Profile::new(local, crossing, (&light, &light.at(local)), &sharpness);
                 let Some(placed) = profile.place() else { continue };
                 // The blur of the first pass is none of this target's.
                 if pass > 0 {
@@ -104,7 +104,7 @@ pub(crate) fn place(
     let (Some(edge), Some(views)) = (edges.edges.get(k), edges.views(k, lines)) else { return 0.0 };
     pool.for_each_mut(edge.crossings, |crossing| {
         let placed = views.local(crossing).and_then(|local| {
-            let placed = Profile::new(&local, crossing, &light, &sharpness).place()?;
+            let placed = Profile::new(&local, crossing, (&light, &light.at(&local)), &sharpness).place()?;
             placed.add_noise(&mut noise);
             let [first, .., last] = placed.residuals;
             let share = |residual: i32, bits: u32| (residual + (1 << (bits - 1))) >> bits;
@@ -120,11 +120,13 @@ pub(crate) fn place(
 }
 
 /// An edge in four samples.
-struct Placed {
+pub(super) struct Placed {
     /// Its place on the axis, towards light, px.
-    place: i32,
+    pub place: i32,
     /// Lightness of the samples beyond what the edge gives them.
-    residuals: [i32; 4],
+    pub residuals: [i32; 4],
+    /// Sums of the densities there, and of their squares.
+    pub densities: (i32, i32),
 }
 
 impl Placed {
@@ -139,35 +141,45 @@ impl Placed {
     }
 
     /// Largest residual.
-    fn misfit(&self) -> i32 {
+    pub fn misfit(&self) -> i32 {
         self.residuals.iter().fold(0, |most, residual| most.max(residual.abs()))
     }
 }
 
 /// Four samples across an edge, as lightness less what the neighbouring edges add.
-struct Profile {
+pub(super) struct Profile {
     lightness: [i32; 4],
-    edge: Blurred,
+    pub edge: Blurred,
     /// Blur along the axis, px.
     width: i32,
 }
 
 impl Profile {
     #[inline]
-    fn new(local: &Local, crossing: &Crossing, light: &Light, sharpness: &Sharpness) -> Self {
+    pub fn new(
+        local: &Local,
+        crossing: &Crossing,
+        (light, there): (&Light, &LightThere),
+        sharpness: &Sharpness,
+    ) -> Self {
         let edge = local.blurred(sharpness);
-        let there = light.at(local);
         let contrast = scale(light.contrast, there.middle).max(1);
         let (by_contrast, dark) = ((1 << 28) / contrast, scale(light.dark, there.middle));
-        // Relative change of the light over a pixel, with 4 times the unit of shares.
-        let slope = (there.slope << 10) / there.middle;
+        // Relative change of the light over a pixel, with 4 times the unit of shares; the light's reciprocal is that of its contrast,
+        // because a division takes small processors long.
+        let by_light = ((by_contrast >> 4) * light.contrast.max(1)) >> 10;
+        let slope = ((there.slope >> 2) * by_light) >> 16;
         let near = local.near(crossing);
-        let lightness = core::array::from_fn(|i| {
+        let mut lightness = core::array::from_fn(|i| {
             let level = near[i] << 6;
             let level = level - ((level * ((slope * (2 * i as i32 - 3)) >> 1)) >> 16);
-            let share = ((level - dark).clamp(-2 * contrast, 3 * contrast) * by_contrast) >> 14;
-            share - local.neighbours(NEAR[i] - local.at, &edge)
+            ((level - dark).clamp(-2 * contrast, 3 * contrast) * by_contrast) >> 14
         });
+        if !local.is_alone() {
+            for (lightness, at) in lightness.iter_mut().zip(NEAR) {
+                *lightness -= local.neighbours(at - local.at, &edge);
+            }
+        }
         Self { lightness, edge, width: (sharpness.blur * (local.by_cosine >> 1)) >> 13 }
     }
 
@@ -182,8 +194,14 @@ impl Profile {
         let &(low, high) = pairs.iter().find(|((low, _), (high, _))| *low < HALF && *high >= HALF)?;
         // From the sample nearer to the middle, by the series of the inverse of the distribution.
         let (from, start) = if HALF - low.0 < high.0 - HALF { low } else { high };
-        let mut place = start - self.along(inverse_normal(from) - self.edge.lead);
+        self.place_from(start - self.along(inverse_normal(from) - self.edge.lead))
+    }
+
+    /// The same from a place near it.
+    #[inline]
+    pub fn place_from(&self, mut place: i32) -> Option<Placed> {
         let mut residuals = [0; 4];
+        let mut sums = (0, 0);
         for _ in 0..STEPS {
             let (mut slope, mut square, mut densities) = (0, 0, [0; 4]);
             for i in 0..4 {
@@ -196,6 +214,7 @@ impl Profile {
             if square < MIN_SQUARE {
                 return None;
             }
+            sums = (densities.iter().sum(), square);
             let deviations = slope / (square >> 12);
             let step = self.along(deviations).clamp(-MAX_STEP, MAX_STEP);
             place += step;
@@ -207,7 +226,8 @@ impl Profile {
                 break;
             }
         }
-        (place > p0 && place < p3).then_some(Placed { place, residuals })
+        let [first, .., last] = NEAR;
+        (place > first && place < last).then_some(Placed { place, residuals, densities: sums })
     }
 
     /// A length on the axis from standard deviations.

@@ -1,8 +1,9 @@
-//! An ellipse as rows or columns pass it, in integers of 32 bits: good to 1/8000 of its size.
+//! An ellipse as rows and columns pass it, in integers of 32 bits.
 
-use crate::fit::{Frame, Shape};
+use crate::fit::{Frame, Shape, View};
 use crate::fixed::{BEND, Inverse, ONE, PX, fixed, scale};
 use crate::math;
+use crate::scan::Axis;
 
 /// Bits of places in the frame where the ellipse is the unit circle, and of those that are multiplied there.
 const PLACE: u32 = 26;
@@ -15,7 +16,7 @@ const DEEPEST: i32 = 3 * PX;
 /// Largest part of the conic that is multiplied, and length, px: 16 bits.
 const MOST: i32 = (1 << 16) - 1;
 
-/// Coordinates along and across the rows or columns.
+/// An ellipse about the target's origin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trace {
     /// The origin in the frame, and the frame for px / 2.
@@ -23,8 +24,8 @@ pub(super) struct Trace {
     frame: [i32; 3],
     /// The frame in units of the semi-minor axis.
     by_minor: [i32; 3],
-    /// Second derivative of half the conic along twice, in units of the semi-minor axis.
-    second: i32,
+    /// Second derivatives of half the conic along rows and along columns, in units of the semi-minor axis.
+    second: (i32, i32),
     /// The leading 15 bits of the semi-minor axis, and how many bits of the conic are left out before it is multiplied with that.
     minor: i32,
     less: u32,
@@ -43,16 +44,23 @@ pub(super) struct Look {
     pub change: i32,
     /// Half the curvature of the ellipse nearest to it, 1/px.
     pub bend: i32,
+    pub conic: Conic,
+}
+
+/// The conic at a place and along an axis through it.
+pub(super) struct Conic {
+    /// The place in the frame.
+    place: (i32, i32),
+    /// Half the conic, px, and its first and second derivative along the axis.
+    depth: i32,
+    slope: i32,
+    second: i32,
+    by_gradient: Inverse,
 }
 
 impl Trace {
-    /// For rows and for columns. `None` if it is no ellipse.
-    pub fn both(shape: &Shape) -> Option<[Self; 2]> {
-        let (_, minor) = shape.semi_axes();
-        Some([Self::new(shape, minor)?, Self::new(&shape.transposed(), minor)?])
-    }
-
-    fn new(shape: &Shape, minor: f32) -> Option<Self> {
+    /// `minor` is the semi-minor axis, px. `None` if it is no ellipse.
+    pub fn new(shape: &Shape, minor: f32) -> Option<Self> {
         let frame = Frame::new(shape)?;
         let Frame { l0, l1, l2 } = frame;
         let (u, v) = frame.vector(-shape.cx, -shape.cy);
@@ -63,7 +71,7 @@ impl Trace {
             start: (place(u), place(v)),
             frame: [l0, l1, l2].map(|entry| place(0.5 * entry)),
             by_minor: [l0, l1, l2].map(|entry| fixed(minor * entry, ONE)),
-            second: fixed(minor * l0 * l0, BEND),
+            second: (fixed(minor * shape.axx, BEND), fixed(minor * shape.ayy, BEND)),
             minor: fixed(minor, 1 << (15 - bits)),
             less: 16 - bits,
             ratio: fixed(ratio, ONE),
@@ -73,15 +81,17 @@ impl Trace {
 
     /// A place about the origin, px / 2, in the frame, and the square of its distance from the centre.
     #[inline]
-    fn place(&self, (along, across): (i32, i32)) -> Option<((i32, i32), u32)> {
+    fn place(&self, (x, y): (i32, i32)) -> Option<((i32, i32), u32)> {
         let [l0, l1, l2] = self.frame;
-        let (u, v) = (self.start.0 + l0 * along + l1 * across, self.start.1 + l2 * across);
+        let (u, v) = (self.start.0 + l0 * x + l1 * y, self.start.1 + l2 * y);
         if u.unsigned_abs() > FARTHEST || v.unsigned_abs() > FARTHEST {
             return None;
         }
         let coarse = |x: i32| (x + (1 << (COARSE - 1))) >> COARSE;
-        let (u, v) = (coarse(u), coarse(v));
-        Some(((u, v), u.unsigned_abs().pow(2) + v.unsigned_abs().pow(2)))
+        let (high, low) = ((coarse(u), coarse(v)), (u - (coarse(u) << COARSE), v - (coarse(v) << COARSE)));
+        let square = high.0.unsigned_abs().pow(2) + high.1.unsigned_abs().pow(2);
+        let rest = (high.0 * low.0 + high.1 * low.1) >> (COARSE - 1);
+        Some((high, square.saturating_add_signed(rest)))
     }
 
     /// Half the conic, px, for the square of a distance from the centre. `None` where it is large.
@@ -101,26 +111,45 @@ impl Trace {
 
     /// A place about the origin, px / 2. `None` where it is not near the ellipse.
     #[inline]
-    pub fn look(&self, place: (i32, i32)) -> Option<Look> {
+    pub fn look(&self, axis: Axis, place: (i32, i32)) -> Option<Look> {
         let (place, square) = self.place(place).filter(|(_, square)| *square < NEAR)?;
         let (gradient, by_gradient) = self.gradient(place, COARSE);
         let by_gradient = by_gradient?;
-        let distance = by_gradient.of(self.depth(square)?);
+        let depth = self.depth(square)?;
+        let distance = by_gradient.of(depth);
         if distance.abs() > DEEPEST {
             return None;
         }
         // Distance from the centre less 1, by the series of the root.
         let excess = (square.wrapping_sub(1 << PLACE) as i32) >> (PLACE - ONE.ilog2());
         let beyond = (excess - (scale(excess, excess) >> 2)) >> 1;
+        let (x, y) = gradient;
+        let ((slope, across), second) =
+            if axis == Axis::Row { ((x, y), self.second.0) } else { ((y, x), self.second.1) };
         // The gradient on the ellipse is as much less as the place is farther from the centre.
         let reach = scale(by_gradient.of(self.ratio), ONE + beyond);
         Some(Look {
             // The conic is the distance times half of 1 + 1 / radius.
             distance: scale(distance, ONE + ((beyond - (scale(beyond, beyond) >> 1)) >> 1)),
-            cosines: (by_gradient.cosine(gradient.0), by_gradient.cosine(gradient.1)),
-            change: by_gradient.of(self.second),
+            cosines: (by_gradient.cosine(slope), by_gradient.cosine(across)),
+            change: by_gradient.of(second),
             bend: scale(scale(scale(self.bend, reach), reach), reach),
+            conic: Conic { place, depth, slope, second, by_gradient },
         })
+    }
+
+    /// The place on the axis through that of `conic`, so many px from it, which is near the ellipse.
+    #[inline]
+    pub fn view(&self, axis: Axis, conic: &Conic, along: i32) -> View {
+        let Conic { place: (u, v), depth, slope, second, by_gradient } = *conic;
+        let depth = depth + ((slope * along) >> 14) + ((second * ((along * along) >> 12)) >> 17);
+        let [l0, l1, l2] = self.frame.map(|entry| entry >> 10);
+        let (by_u, by_v) = if axis == Axis::Row { (l0, 0) } else { (l1, l2) };
+        View {
+            place: ((u << 1) + ((by_u * along) >> 13), (v << 1) + ((by_v * along) >> 13)),
+            distance: by_gradient.of(depth.clamp(-DEEPEST, DEEPEST)),
+            by_gradient,
+        }
     }
 
     /// How far a place about the origin, px / 2, is outside, px: exact for a circle and near the ellipse. `None` where it is farther
@@ -130,11 +159,11 @@ impl Trace {
         let ((u, v), square) = self.place(place)?;
         // The middle has no direction.
         let by_radius = Inverse::of_root(square)?;
-        let (along, across) = (by_radius.cosine(u), by_radius.cosine(v));
-        let radius = (along * u + across * v) >> COARSE;
+        let direction = (by_radius.cosine(u), by_radius.cosine(v));
+        let radius = (direction.0 * u + direction.1 * v) >> COARSE;
         // The conic is the distance times half of 1 + radius.
         let depth = ((self.depth(square)? >> 1) * ((1 << 28) / (ONE + radius).max(1))) >> 12;
-        let (_, by_gradient) = self.gradient((along, across), ONE.ilog2());
+        let (_, by_gradient) = self.gradient(direction, ONE.ilog2());
         Some(by_gradient?.of(depth.clamp(-MOST, MOST)).clamp(-MOST, MOST))
     }
 }
@@ -153,7 +182,7 @@ mod tests {
             let shape =
                 Shape::from_moments(0.3, -0.4, p * c * c + q * s * s, (p - q) * s * c, p * s * s + q * c * c)
                     .unwrap();
-            let [row, column] = Trace::both(&shape).unwrap();
+            let trace = Trace::new(&shape, b).unwrap();
             let mut seen = 0;
             for i in 0..1000 {
                 let (sin, cos) = libm::sincosf(i as f32 * 0.00628);
@@ -165,9 +194,9 @@ mod tests {
                 let want = shape.distance(x, y).unwrap();
                 let ((gx, gy), _) = shape.gradient(x, y);
                 let norm = libm::sqrtf(gx * gx + gy * gy);
-                let tolerance = 0.01 + 0.03 * want.abs() + a / 6000.0;
-                for (trace, place, gradient) in [(&row, place, gx), (&column, (place.1, place.0), gy)] {
-                    let Some(look) = trace.look(place) else { continue };
+                let tolerance = 0.01 + 0.03 * want.abs() + a / 20_000.0;
+                for (axis, gradient) in [(Axis::Row, gx), (Axis::Column, gy)] {
+                    let Some(look) = trace.look(axis, place) else { continue };
                     seen += 1;
                     let distance = look.distance as f32 / PX as f32;
                     assert!(

@@ -14,14 +14,23 @@ use crate::math;
 use crate::target::Covariance;
 
 /// Terms of the conic: (u^2 - v^2, 2 u v, u^2 + v^2, u, v).
-const TERMS: usize = 5;
+pub(crate) const TERMS: usize = 5;
 /// Largest square of a point's distance from the centre, in the frame, less 1.
 const MOST: i32 = 3 << PLACE;
 /// Farthest from the ellipse, 1/16384 px, before the gradient's length is known.
 const DEEPEST: i32 = 60_000;
-/// Bits of terms over the length of the gradient, and room of these: their products with each other and with distances have 32 bits.
-const TERM: u32 = 11;
-const ROOM: i32 = (1 << 15) - 1;
+/// Bits of the products of places in the frame.
+const PRODUCT: u32 = 13;
+/// Bits of terms over the length of the gradient for the longest, and room of these: sums of the products of as many points have 32
+/// bits.
+const TERM: u32 = 8;
+const ROOM: i32 = 362;
+const MOST_POINTS: u16 = 1 << 14;
+/// Largest distance of a point, px / 4096.
+const FARTHEST: i32 = (1 << 15) - 1;
+
+/// One in a field over the points.
+pub(crate) const FIELD: i32 = 1 << 7;
 
 /// Least variance of a point, px^2: that of rounding to 1/256 px.
 const ROUNDING: f32 = 1.0 / (12.0 * 256.0 * 256.0);
@@ -33,8 +42,10 @@ pub(crate) struct Adjustment {
     frame: Frame,
     line: Line,
     /// Lower triangle.
-    m: Matrix<TERMS, i64>,
+    m: Matrix<TERMS, i32>,
     right: [i64; TERMS],
+    /// Bits that the terms have less than the products of places.
+    less: u32,
     /// Sum of squared distances.
     squares: u64,
     points: u16,
@@ -69,14 +80,26 @@ pub(crate) struct View {
     /// Distance from the ellipse, px, to first order: positive outside, and bounded.
     pub distance: i32,
     /// 1 / length of half the conic's gradient in units of the semi-minor axis.
-    by_gradient: Inverse,
+    pub by_gradient: Inverse,
 }
 
 impl Adjustment {
     /// `None` if `shape` is no ellipse.
     pub fn new(shape: Shape) -> Option<Self> {
-        let (frame, line) = (Frame::new(&shape)?, Line::of_rows(&shape)?);
-        Some(Self { shape, frame, line, m: [[0; TERMS]; TERMS], right: [0; TERMS], squares: 0, points: 0 })
+        let (major, minor) = shape.semi_axes();
+        let (frame, line) = (Frame::new(&shape)?, Line::of_rows(&shape, minor)?);
+        // On the major axis they are longer by the ratio of the axes.
+        let less = PRODUCT - TERM + u32::BITS - ((0.75 * major / minor) as u32).leading_zeros();
+        Some(Self {
+            shape,
+            frame,
+            line,
+            m: [[0; TERMS]; TERMS],
+            right: [0; TERMS],
+            less: less.min(PRODUCT),
+            squares: 0,
+            points: 0,
+        })
     }
 
     /// The point `(x, y)`, [`PX`], as this ellipse sees it. `None` far from it.
@@ -87,34 +110,47 @@ impl Adjustment {
         let (gx, gy) = look.gradient;
         let by_gradient = Inverse::of_root(gx.unsigned_abs().pow(2) + gy.unsigned_abs().pow(2))?;
         let depth = wide(look.excess, self.line.minor(), PLACE - 1).clamp(-DEEPEST, DEEPEST);
-        let distance = ((by_gradient.of(depth) + 2) >> 2).clamp(-ROOM, ROOM);
+        let distance = ((by_gradient.of(depth) + 2) >> 2).clamp(-FARTHEST, FARTHEST);
         Some(View { place: look.place, distance, by_gradient })
     }
 
-    /// Adds a point.
+    /// Adds a point. Gives its terms over the length of the gradient.
     #[inline]
-    pub fn add(&mut self, point: &View) {
+    pub fn add(&mut self, point: &View) -> [i32; TERMS] {
         let (u, v) = point.place;
         let (uu, vv) = (u * u, v * v);
         let terms = [(uu - vv) >> 15, (u * v) >> 14, (uu + vv) >> 15, u >> 1, v >> 1];
-        let term = |term: i32| ((point.by_gradient.of(term) + 2) >> 2).clamp(-ROOM, ROOM);
-        let terms = terms.map(term);
+        let (less, half) = (self.less, (1 << self.less) >> 1);
+        let terms = terms.map(|term| ((point.by_gradient.of(term) + half) >> less).clamp(-ROOM, ROOM));
+        if self.points >= MOST_POINTS {
+            return terms;
+        }
         for i in 0..TERMS {
             for j in 0..=i {
-                self.m[i][j] += i64::from(terms[i] * terms[j]);
+                self.m[i][j] += terms[i] * terms[j];
             }
             self.right[i] -= i64::from(terms[i] * point.distance);
         }
         self.squares += u64::from(point.distance.unsigned_abs().pow(2));
-        self.points = self.points.saturating_add(1);
+        self.points += 1;
+        terms
     }
 
     /// Takes the step. `None` if the points do not determine it.
-    #[inline(never)]
     pub fn finish(&self) -> Option<Adjusted> {
+        Some(self.finish_with(&[])?.0)
+    }
+
+    /// The same with the step, and how much further that goes where the points lie 1 px times a field farther out; each of `fields` has
+    /// the sums of the points' terms times that field, [`FIELD`].
+    #[inline(never)]
+    pub fn finish_with<const N: usize>(
+        &self,
+        fields: &[[i32; TERMS]; N],
+    ) -> Option<(Adjusted, [f32; TERMS], [[f32; TERMS]; N])> {
         const SQUARE: f32 = 1.0 / (PX as f32 * PX as f32);
         // A term counts half the semi-minor axis over the length of the gradient, px.
-        let term = 0.5 * self.line.minor() as f32 / (PX as f32 * (1u32 << TERM) as f32);
+        let term = 0.5 * self.line.minor() as f32 / (PX as f32 * (1u32 << (PRODUCT - self.less)) as f32);
         let m = self.m.map(|row| row.map(|sum| term * term * sum as f32));
         let right = self.right.map(|sum| term / PX as f32 * sum as f32);
         let factor = Factor::new(&m)?;
@@ -124,13 +160,15 @@ impl Adjustment {
         let free = self.points.checked_sub(5).filter(|&free| free > 0)?;
         let variance = squares / f32::from(free);
         let frame_covariance = frame_covariance(&factor, variance);
-        Some(Adjusted {
+        let further = fields.map(|field| factor.solve(field.map(|sum| -term / FIELD as f32 * sum as f32)));
+        let adjusted = Adjusted {
             shape: self.frame.moved(&self.shape, &step)?,
             covariance: self.frame.covariance(&frame_covariance),
             frame_covariance,
             rms: math::sqrt(squares / f32::from(self.points)),
             points: self.points,
-        })
+        };
+        Some((adjusted, step, further))
     }
 }
 

@@ -106,8 +106,8 @@ impl Line {
     }
 
     /// For rows, about the ellipse's centre: `None` if it is none.
-    pub fn of_rows(shape: &Shape) -> Option<Self> {
-        Some(Self::new(shape, &Frame::new(shape)?, shape.semi_axes().1, [1.0, 0.0, 0.0, 1.0]))
+    pub fn of_rows(shape: &Shape, minor: f32) -> Option<Self> {
+        Some(Self::new(shape, &Frame::new(shape)?, minor, [1.0, 0.0, 0.0, 1.0]))
     }
 
     fn new(shape: &Shape, frame: &Frame, minor: f32, turn: [f32; 4]) -> Self {

@@ -15,7 +15,7 @@ mod shape;
 mod solve;
 mod spread;
 
-pub(crate) use adjust::{Adjusted, Adjustment, CENTRE_TERMS};
+pub(crate) use adjust::{Adjusted, Adjustment, CENTRE_TERMS, FIELD, TERMS, View};
 pub(crate) use concentric::{Concentric, ConcentricAdjustment, ConcentricStep};
 pub(crate) use line::{Border, Line, Passage};
 pub(crate) use rough::{Rough, rough};

@@ -2,6 +2,7 @@
 //!
 //! The stages one after the other, each of which leaves its room on the stack to the next.
 
+use super::calm::calm;
 use super::choose::choose;
 use super::ellipse::{Fitted, FittedList, Source, fit};
 use super::origin::Origin;
@@ -30,10 +31,12 @@ pub(super) fn disturbed(
 ) -> Result<Target, Reject> {
     let covered = ARCS && edges.edges.iter().any(|edge| edge.partial);
     let mut fitted = FittedList::new();
-    let mut seen = place_edges(edges, &mut scanner.pool, covered)?;
+    let mut seen = place_edges(edges, &mut scanner.pool, (about, covered), &mut fitted)?;
     seen.calm = seen.noise.min(calm);
     let source = seen.source(edges.edges, &scanner.pool, about);
-    fit_all(&source, &mut fitted)?;
+    if fitted.is_empty() {
+        fit_all(&source, &mut fitted)?;
+    }
     combine_disturbed(&fitted, &source, settings, (&seen, scanner.width(), open))
 }
 
@@ -55,10 +58,26 @@ impl Seen {
     }
 }
 
+/// Places the edge points, or fits all edges at once where that can be.
 #[inline(never)]
-fn place_edges(edges: &Edges<'_>, pool: &mut Pool<'_>, covered: bool) -> Result<Seen, Reject> {
+fn place_edges(
+    edges: &Edges<'_>,
+    pool: &mut Pool<'_>,
+    (about, covered): (&Origin, bool),
+    fitted: &mut FittedList,
+) -> Result<Seen, Reject> {
     let lines = edges.lines();
-    let (levels, blur, spoiled) = disturbed_levels((edges, &lines), pool, covered)?;
+    let first = Levels::first((edges, &lines), pool, BLUR_GUESS, covered).ok_or(Reject::LowContrast)?;
+    check_contrast(first.contrast())?;
+    let blur = edge::measure_blur((edges, &lines), pool, &first);
+    // What the joint estimate has refused is not calm.
+    if !JOINT && !covered && about.lens().is_none() {
+        if let Some((levels, noise)) = calm((edges, &lines), pool, about, (&first, &blur), fitted) {
+            return Ok(Seen { levels, blur: blur.sigma, noise, calm: noise, covered, spoiled: false });
+        }
+        fitted.clear();
+    }
+    let (levels, blur, spoiled) = disturbed_levels((edges, &lines), pool, covered, (first, blur))?;
     // What disturbs one edge does not disturb all.
     let noise = (0..edges.edges.len())
         .fold(f32::INFINITY, |least, k| least.min(edge::place((edges, &lines), k, pool, (&levels, blur))));
@@ -103,10 +122,8 @@ fn disturbed_levels(
     target: (&Edges<'_>, &Lines),
     pool: &Pool<'_>,
     covered: bool,
+    (levels, mut blur): (Levels, Blur),
 ) -> Result<(Levels, f32, bool), Reject> {
-    let levels = Levels::first(target, pool, BLUR_GUESS, covered).ok_or(Reject::LowContrast)?;
-    check_contrast(levels.contrast())?;
-    let mut blur = edge::measure_blur(target, pool, &levels);
     let mut levels = levels.refined(target, pool, &blur, covered).ok_or(Reject::LowContrast)?;
     check_contrast(levels.contrast())?;
     let is_spoiled =

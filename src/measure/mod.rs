@@ -6,6 +6,7 @@
 //!
 //! From the edge points on everything is in undistorted px about the target's [`origin`].
 
+mod calm;
 mod choose;
 mod combine;
 mod disturbed;

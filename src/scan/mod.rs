@@ -21,9 +21,7 @@ pub(crate) mod strips;
 mod tests;
 mod window;
 
-#[cfg(test)]
-pub(crate) use crossings::Stretch;
-pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, NEAR, Pool};
+pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, NEAR, Pool, Stretch};
 pub(crate) use outlines::{Moments, NONE, Outline, Outlines, Seen};
 pub(crate) use rows::{BLOCK_ROWS, KEPT_BLOCKS, Rows};
 pub use runs::Run;
