@@ -151,6 +151,7 @@ impl<const BITS: u32> Gauge<BITS> {
     }
 
     /// That of a point beside which the light is on the side that `dark_inside` tells.
+    #[inline(never)]
     pub fn square_distance_of(&self, point: &Point, dark_inside: bool) -> Option<u32> {
         self.square_distance(&self.look(point).filter(|look| look.dark_inside == dark_inside)?)
     }

@@ -43,6 +43,7 @@ fn pixel(crossing: &Crossing, origin: (u16, u16)) -> (i32, i32) {
 }
 
 impl Point {
+    #[inline(never)]
     pub fn new(crossing: &Crossing, origin: (u16, u16)) -> Self {
         let (x, y) = pixel(crossing, origin);
         let [_, n0, n1, n2, n3, _] = crossing.near.map(i32::from);

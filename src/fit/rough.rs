@@ -21,6 +21,7 @@ impl Rough {
     pub const BITS: u32 = 12;
 
     /// Adds a point.
+    #[inline(never)]
     pub fn add(&mut self, x: i32, y: i32) {
         let (xx, xy, yy) = (x * x, x * y, y * y);
         let product = |a: i32, b: i32| i64::from(a) * i64::from(b);

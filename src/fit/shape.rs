@@ -132,6 +132,7 @@ pub(crate) struct Frame {
 
 impl Frame {
     /// `None` if `shape` is no ellipse.
+    #[inline(never)]
     pub fn new(shape: &Shape) -> Option<Self> {
         let l0 = math::sqrt(shape.axx);
         let l1 = shape.axy / l0;
@@ -155,6 +156,7 @@ impl Frame {
 
     /// The ellipse `shape`, whose frame this is, after adding the terms (u^2 - v^2, 2 u v, u^2 + v^2, u, v) times `step` to its
     /// conic.
+    #[inline(never)]
     pub fn moved(&self, shape: &Shape, &[a, b, c, d, e]: &[f32; 5]) -> Option<Shape> {
         let (kxx, kxy, kyy) = (1.0 + c + a, b, 1.0 + c - a);
         let det = kxx * kyy - kxy * kxy;

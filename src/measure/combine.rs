@@ -31,6 +31,7 @@ impl Centre {
 
     /// Where the line through this centre and the ellipse centres puts that of the circle with `ratio`: B = C + K g, with K
     /// by least squares.
+    #[inline(never)]
     pub fn at(&self, ratio: f32, t: f32, circles: &FittedList) -> (f32, f32) {
         let g = |ratio: f32| ratio * ratio / (1.0 - t * ratio * ratio);
         let (mut kx, mut ky, mut norm) = (0.0, 0.0, 0.0);
@@ -45,6 +46,7 @@ impl Centre {
 
     /// Mean square of the ellipse centres' distances from the line in units of their variance, where it is above 1: three
     /// or more circles show errors that the residuals of each alone do not.
+    #[inline(never)]
     fn misfit(&self, circles: &FittedList, t: f32) -> f32 {
         let Some(free) = circles.len().checked_sub(2).filter(|&free| free > 0) else { return 1.0 };
         let squares = circles.iter().fold(0.0, |sum, circle| {
@@ -63,6 +65,7 @@ impl Centre {
 }
 
 /// The true centre from the ellipse centres; `t` is the perspective, 0 for eq. (7).
+#[inline(never)]
 pub(super) fn combine(circles: &FittedList, t: f32) -> Option<Centre> {
     let mut centre = sum(circles, &true_weights(circles, t)?)?;
     centre.scale(centre.misfit(circles, t));
@@ -102,6 +105,7 @@ pub(super) fn significant(circles: &FittedList, t: f32, plane: f32) -> Option<(C
     Some((centre, share))
 }
 
+#[inline(never)]
 fn true_weights(circles: &FittedList, t: f32) -> Option<Weights<f32>> {
     let mut inputs = Vec::<(f32, f32), MAX_CIRCLES>::new();
     for circle in circles {
@@ -111,6 +115,7 @@ fn true_weights(circles: &FittedList, t: f32) -> Option<Weights<f32>> {
 }
 
 /// The weighted sum of the ellipse centres about the outer one: a place where the weights sum to 1.
+#[inline(never)]
 fn sum(circles: &FittedList, weights: &Weights<f32>) -> Option<Centre> {
     let outer = circles.first()?.adjusted.shape;
     let mut centre = Centre { x: outer.cx, y: outer.cy, covariance: Covariance::default(), swing: 0.0 };
@@ -140,6 +145,7 @@ pub(super) fn swing(circle: &Fitted) -> f32 {
 }
 
 /// t of [`crate::centre::perspective`] from the outer and the innermost circle.
+#[inline(never)]
 pub(super) fn measured_perspective(circles: &FittedList) -> Option<f32> {
     let (outer, inner) = (circles.first()?.adjusted.shape, circles.last()?);
     let small = inner.adjusted.shape;

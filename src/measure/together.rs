@@ -53,12 +53,12 @@ pub(super) fn rough(edges: &mut [Edge], pool: &Pool<'_>, origin: &Origin) {
     let Some((reference, shape)) = most.map(|(k, edge)| (k, edge.shape)) else { return };
     let Some(family) = Concentric::new(shape, (shape.cx, shape.cy)) else { return };
     let mut fit = Fit { source: &source, family, arcs: Vec::new(), limit: f32::INFINITY };
-    fit.add(reference, 1.0, (Sectors(u128::MAX), 0.0));
+    fit.add(reference, 1.0, (Sectors::ALL, 0.0));
     for (k, _) in edges.iter().enumerate().filter(|(k, edge)| edge.partial && *k != reference) {
         let (sum, count) = source.points(k).map(px).fold((0.0, 0.0), |(sum, count), (x, y)| {
             (sum + math::sqrt(shape.square(x - shape.cx, y - shape.cy)), count + 1.0)
         });
-        fit.add(k, sum / count, (Sectors(u128::MAX), 0.0));
+        fit.add(k, sum / count, (Sectors::ALL, 0.0));
     }
     if fit.settle(false).is_none() {
         return;
@@ -159,7 +159,7 @@ impl<'a, 'p> Fit<'a, 'p> {
 
     fn add(&mut self, edge: usize, ratio: f32, (even, light): (Sectors, f32)) {
         let minor = ratio * self.family.outer.semi_axes().1;
-        let none = Sectors(0);
+        let none = Sectors::NONE;
         let (used, seen, near) = (even, none, none);
         let arcs =
             Arcs { edge, ratio, size: 0.0, minor, even, light, used, seen, near, points: 0, squares: 0.0 };
@@ -188,7 +188,7 @@ impl<'a, 'p> Fit<'a, 'p> {
                     arcs.size = 0.0;
                 }
                 let used = arcs.near.without_ends(arcs.minor);
-                settled &= arcs.used.0 & !used.0 == 0;
+                settled &= arcs.used.without(&used) == Sectors::NONE;
                 arcs.used = used;
             }
             last = Some(step);
@@ -201,13 +201,14 @@ impl<'a, 'p> Fit<'a, 'p> {
     }
 
     /// A step, the distance of the farthest point that it used, and the robust standard deviation of these, px.
+    #[inline(never)]
     fn pass(&mut self) -> Option<(ConcentricStep, f32, f32)> {
         let mut adjustment = ConcentricAdjustment::new();
         let mut spread = Spread::default();
         let (mut farthest, limit) = (0.0f32, self.limit);
         for arcs in &mut self.arcs {
             let member = self.family.member(arcs.ratio, arcs.size);
-            (arcs.seen, arcs.near, arcs.points, arcs.squares) = (Sectors(0), Sectors(0), 0, 0.0);
+            (arcs.seen, arcs.near, arcs.points, arcs.squares) = (Sectors::NONE, Sectors::NONE, 0, 0.0);
             let mut used = 0u16;
             adjustment.next_circle();
             for (x, y) in self.source.points(arcs.edge).map(px) {
@@ -217,12 +218,15 @@ impl<'a, 'p> Fit<'a, 'p> {
                     continue;
                 }
                 let place = (fixed(view.u, ONE), fixed(view.v, ONE));
-                let sector = (1 << sector_of(place)) & arcs.even.0;
-                arcs.near.0 |= sector;
+                let sector = sector_of(place);
+                if !arcs.even.has(sector) {
+                    continue;
+                }
+                arcs.near.mark(sector);
                 if distance <= limit {
-                    arcs.seen.0 |= sector;
-                    arcs.points += u16::from(sector != 0);
-                    if arcs.used.0 & sector != 0 {
+                    arcs.seen.mark(sector);
+                    arcs.points += 1;
+                    if arcs.used.has(sector) {
                         adjustment.add(&member, &view);
                         farthest = farthest.max(distance);
                         spread.add(distance * distance);

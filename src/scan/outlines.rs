@@ -257,6 +257,7 @@ impl<'s> Outlines<'s> {
     }
 
     /// Starts an outline with two ends at `(x, y)`. [`NONE`] when the table is full.
+    #[inline(never)]
     pub fn open(&mut self, x: u16, y: u16) -> u16 {
         let label = if self.free != NONE {
             let label = self.free;
@@ -386,6 +387,7 @@ impl<'s> Outlines<'s> {
     }
 
     /// The outline with the most crossings of those that are `wanted`.
+    #[inline(never)]
     pub fn largest(&self, wanted: impl Fn(&Outline) -> bool) -> Option<u16> {
         let used = self.slots.get(..usize::from(self.touched))?;
         let wanted = used.iter().enumerate().filter(|(_, o)| wanted(o));

@@ -234,14 +234,14 @@ impl Steps<'_> {
     fn add_edge(&mut self, scene: &Scene<'_>, track: &Track<'_>, edge: &Edge, gate: &Gate) {
         let pass = &mut *self.pass;
         pass.arrow.next();
-        let mut seen = Sectors(0);
+        let mut seen = Sectors::NONE;
         let mut light = [(0, 0u16); PARTS];
         let mut parts = [Part::default(); PARTS];
         let stride = if gate.few { edge.stride() } else { 1 };
         for crossing in self.pool.iter(edge.crossings).step_by(stride) {
             let Some(view) = View::new(scene, track, crossing, self.origin) else { continue };
             let sector = sector(view.direction());
-            seen.0 |= 1 << sector;
+            seen.mark(sector);
             let part = sector as usize / SECTORS_OF_PART;
             let Some(samples) = view.samples() else { continue };
             if samples.misfit > gate.misfit {
