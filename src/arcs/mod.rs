@@ -24,6 +24,7 @@ pub(crate) use points::Points;
 pub(crate) use search::{around, common, free};
 
 use crate::fit::Shape;
+use crate::list::rolled;
 use crate::math;
 use crate::scan::{Crossing, CrossingList, Pool};
 use crate::settings::limits;
@@ -160,12 +161,17 @@ pub(crate) fn share_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: 
         let _ = distances.push(gauge.square_distance_of(&point, arc.dark_inside).unwrap_or(u32::MAX));
     }
     // Shares of all.
-    let off = |limit: u32| distances.iter().filter(|distance| **distance > limit).count();
+    let off = |limit: u32| count_beyond(&distances, limit);
     let share = |limit: u32| off(limit) as f32 / distances.len().max(1) as f32;
     // Noise leaves hardly any far away, a dent or a bump does.
     let dented = share(TAKEN) > MOST_FAR;
     let fits = |wider: &f32| dented || 2 * off(square(NEAR_SHARE * NEAR * wider)) <= distances.len();
     share(square(NEAR * WIDER.into_iter().find(fits).unwrap_or(WIDEST)))
+}
+
+#[inline(never)]
+fn count_beyond(distances: &[u32], limit: u32) -> usize {
+    rolled(distances).filter(|distance| **distance > limit).count()
 }
 
 /// Crossings that a whole ellipse with these semi-axes has, to 10 %, when each axis keeps its own half of them.

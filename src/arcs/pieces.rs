@@ -3,6 +3,7 @@
 use super::gauge::PX;
 use super::points::Point;
 use crate::fit::{Rough, Shape};
+use crate::list::rolled;
 
 /// Pieces of an outline of which trial arcs are made.
 pub(super) const PIECES: usize = 16;
@@ -21,7 +22,7 @@ impl Unit {
     pub fn of(points: &[Point]) -> Self {
         let largest =
             |extent: u32, point: &Point| extent.max(point.x.unsigned_abs()).max(point.y.unsigned_abs());
-        let extent = points.iter().fold(PX as u32, largest);
+        let extent = rolled(points).fold(PX as u32, largest);
         let shift = (u32::BITS - extent.leading_zeros()).saturating_sub(Rough::BITS);
         Self { shift, extent: extent as f32 / PX as f32 }
     }
@@ -55,10 +56,12 @@ impl Pieces {
 
     /// Sum of `length` pieces from `start` on, around the outline.
     pub fn sum(&self, start: usize, length: usize) -> Rough {
-        let first = |count: usize| self.0.get(count).copied().unwrap_or_default();
+        let none = Rough::default();
+        let first = |count: usize| self.0.get(count).unwrap_or(&none);
+        let sum = first((start + length).min(PIECES)).without(first(start));
         match (start + length).checked_sub(PIECES) {
-            Some(wrapped) => first(PIECES).without(&first(start)).with(&first(wrapped)),
-            None => first(start + length).without(&first(start)),
+            Some(wrapped) => sum.with(first(wrapped)),
+            None => sum,
         }
     }
 
@@ -68,7 +71,7 @@ impl Pieces {
         let scatter = (SCATTER >> unit.shift).max(1);
         let middle = |piece: usize| {
             let piece = piece % PIECES;
-            self.0.get(piece + 1)?.without(self.0.get(piece)?).mean()
+            self.0.get(piece + 1)?.mean_without(self.0.get(piece)?)
         };
         for piece in 0..PIECES {
             let [Some(a), Some(b), Some(c)] = [piece + PIECES - 1, piece, piece + 1].map(middle) else {

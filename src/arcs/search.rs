@@ -6,6 +6,7 @@ use super::points::{MAX_POINTS, Point, Points};
 use super::step::{Free, Normals};
 use super::{Arc, Seen};
 use crate::fit::Rough;
+use crate::list::rolled;
 use crate::scan::{CrossingList, Pool};
 use heapless::Vec;
 
@@ -161,7 +162,7 @@ impl Radius {
 fn take_mode(radii: &mut Vec<Radius, MAX_POINTS>) -> Option<(i32, bool)> {
     let (mut mode, mut most) = (None, MIN_POINTS as i32 - 1);
     for &Radius { radius: middle, dark_inside, .. } in radii.iter().step_by(2) {
-        let agree = radii.iter().filter(|radius| radius.agrees(middle, dark_inside));
+        let agree = rolled(radii.iter()).filter(|radius| radius.agrees(middle, dark_inside));
         let (count, sum) = agree.fold((0, 0), |(count, sum), radius| (count + 1, sum + radius.radius));
         if count > most {
             (mode, most) = (Some((middle, sum / count, dark_inside)), count);

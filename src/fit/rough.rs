@@ -3,6 +3,7 @@
 use super::shape::Shape;
 use super::solve::{Factor, Matrix};
 use crate::fixed::{PX, fixed};
+use crate::list::rolled;
 
 /// Number of monomials up to the fourth order.
 const MONOMIALS: usize = 15;
@@ -48,18 +49,24 @@ impl Rough {
     }
 
     /// With all points of `other`.
+    #[inline(never)]
     pub fn with(&self, other: &Self) -> Self {
-        Self { sums: core::array::from_fn(|i| self.sums[i] + other.sums[i]) }
+        let mut sums = self.sums;
+        rolled(sums.iter_mut().zip(&other.sums)).for_each(|(sum, other)| *sum += other);
+        Self { sums }
     }
 
     /// Without those of `other`, which are among its own.
+    #[inline(never)]
     pub fn without(&self, other: &Self) -> Self {
-        Self { sums: core::array::from_fn(|i| self.sums[i] - other.sums[i]) }
+        let mut sums = self.sums;
+        rolled(sums.iter_mut().zip(&other.sums)).for_each(|(sum, other)| *sum -= other);
+        Self { sums }
     }
 
-    /// The mean of the points; `None` if there are none.
-    pub fn mean(&self) -> Option<(i32, i32)> {
-        let [n, x, y, ..] = self.sums.map(|sum| sum as i32);
+    /// The mean of the points without those of `other`; `None` if there are none.
+    pub fn mean_without(&self, other: &Self) -> Option<(i32, i32)> {
+        let [n, x, y] = [0, 1, 2].map(|i| (self.sums[i] - other.sums[i]) as i32);
         Some((x.checked_div(n)?, y.checked_div(n)?))
     }
 

@@ -13,10 +13,14 @@ pub(crate) struct Factor<const N: usize> {
 
 impl<const N: usize> Factor<N> {
     /// `None` if the matrix is not positive definite to the precision of f32.
-    #[inline(never)]
     pub fn new(m: &Matrix<N>) -> Option<Self> {
-        let mut l = [[0.0; N]; N];
-        let mut d = [0.0; N];
+        let mut factor = Self { l: [[0.0; N]; N], d: [0.0; N] };
+        factor.decompose(m).then_some(factor)
+    }
+
+    #[inline(never)]
+    fn decompose(&mut self, m: &Matrix<N>) -> bool {
+        let Self { l, d } = self;
         for j in 0..N {
             let mut pivot = m[j][j];
             for k in 0..j {
@@ -24,7 +28,7 @@ impl<const N: usize> Factor<N> {
             }
             // Also refuses NaN. What is left of the diagonal after cancellation must be more than rounding.
             if !(pivot > m[j][j] * 4.0 * f32::EPSILON) {
-                return None;
+                return false;
             }
             d[j] = pivot;
             l[j][j] = 1.0;
@@ -36,7 +40,7 @@ impl<const N: usize> Factor<N> {
                 l[i][j] = sum / pivot;
             }
         }
-        Some(Self { l, d })
+        true
     }
 
     /// The solution of the system with this right-hand side.

@@ -3,6 +3,7 @@
 use super::ellipse::{Fitted, FittedList};
 use crate::centre::{Significance, Weights, mean, perspective, weights};
 use crate::fit::Adjusted;
+use crate::list::rolled;
 use crate::target::{Covariance, MAX_CIRCLES};
 use heapless::Vec;
 
@@ -35,7 +36,7 @@ impl Centre {
     pub fn at(&self, ratio: f32, t: f32, circles: &FittedList) -> (f32, f32) {
         let g = |ratio: f32| ratio * ratio / (1.0 - t * ratio * ratio);
         let (mut kx, mut ky, mut norm) = (0.0, 0.0, 0.0);
-        for circle in circles {
+        for circle in rolled(circles) {
             let weight = g(circle.ratio) / variance(circle);
             kx += weight * (circle.adjusted.shape.cx - self.x);
             ky += weight * (circle.adjusted.shape.cy - self.y);
@@ -49,7 +50,7 @@ impl Centre {
     #[inline(never)]
     fn misfit(&self, circles: &FittedList, t: f32) -> f32 {
         let Some(free) = circles.len().checked_sub(2).filter(|&free| free > 0) else { return 1.0 };
-        let squares = circles.iter().fold(0.0, |sum, circle| {
+        let squares = rolled(circles).fold(0.0, |sum, circle| {
             let (x, y) = self.at(circle.ratio, t, circles);
             let (dx, dy) = (circle.adjusted.shape.cx - x, circle.adjusted.shape.cy - y);
             sum + (dx * dx + dy * dy) / variance(circle)
@@ -78,7 +79,7 @@ pub(super) fn significant(circles: &FittedList, t: f32, plane: f32) -> Option<(C
     let exact = true_weights(circles, t)?;
     let plain = mean(circles.iter().map(variance))?;
     let mut difference = plain.clone();
-    for (difference, exact) in difference.iter_mut().zip(&exact) {
+    for (difference, exact) in rolled(difference.iter_mut().zip(&exact)) {
         *difference = exact - *difference;
     }
     let excess = sum(circles, &exact)?.misfit(circles, t);
@@ -95,7 +96,7 @@ pub(super) fn significant(circles: &FittedList, t: f32, plane: f32) -> Option<(C
     let Significance { share, unsure } =
         Significance::new((to.x - from.x, to.y - from.y), correction, mean.0 + mean.2, outer.xx + outer.yy);
     let mut weights = plain;
-    for (weight, difference) in weights.iter_mut().zip(&difference) {
+    for (weight, difference) in rolled(weights.iter_mut().zip(&difference)) {
         *weight += share * difference;
     }
     let (mut centre, _) = total(&weights)?;
@@ -108,7 +109,7 @@ pub(super) fn significant(circles: &FittedList, t: f32, plane: f32) -> Option<(C
 #[inline(never)]
 fn true_weights(circles: &FittedList, t: f32) -> Option<Weights<f32>> {
     let mut inputs = Vec::<(f32, f32), MAX_CIRCLES>::new();
-    for circle in circles {
+    for circle in rolled(circles) {
         inputs.push((circle.ratio, variance(circle))).ok()?;
     }
     weights(&inputs, t)
@@ -119,7 +120,7 @@ fn true_weights(circles: &FittedList, t: f32) -> Option<Weights<f32>> {
 fn sum(circles: &FittedList, weights: &Weights<f32>) -> Option<Centre> {
     let outer = circles.first()?.adjusted.shape;
     let mut centre = Centre { x: outer.cx, y: outer.cy, covariance: Covariance::default(), swing: 0.0 };
-    for (weight, circle) in weights.iter().zip(circles) {
+    for (weight, circle) in rolled(weights.iter().zip(circles)) {
         let Adjusted { shape, covariance, .. } = circle.adjusted;
         // Only differences of centres count, which keeps the digits of small ones.
         centre.x += weight * (shape.cx - outer.cx);

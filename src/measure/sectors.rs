@@ -1,6 +1,7 @@
 //! Where around an ellipse there are edge points, how far from it they are there, and in what light.
 
 use crate::fixed::{Inverse, sector};
+use crate::list::rolled;
 use crate::math;
 use crate::settings::limits;
 
@@ -145,7 +146,7 @@ impl SectorLight {
     /// noise gives, in units of the contrast.
     fn variance(&self, sectors: Sectors, noise: f32) -> f32 {
         let mut places = [(0, 0); PLACES];
-        for (i, &(sum, count)) in (0..self.count).zip(&self.sums) {
+        for (i, &(sum, count)) in rolled((0..self.count).zip(&self.sums)) {
             let first = i << self.log;
             if sectors.has(first)
                 && let Some((all, points)) = places.get_mut((first / (SECTORS / PLACES as u32)) as usize)
@@ -155,7 +156,7 @@ impl SectorLight {
             }
         }
         let places = places.map(|(all, points)| (all as f32 / 256.0, points as f32));
-        let (sum, points, squares, filled) = places.iter().filter(|(_, points)| *points > 0.0).fold(
+        let (sum, points, squares, filled) = rolled(&places).filter(|(_, points)| *points > 0.0).fold(
             (0.0, 0.0, 0.0, 0.0),
             |(sum, points, squares, filled), &(more, count)| {
                 (sum + more, points + count, squares + more * more / count, filled + 1.0)
@@ -184,7 +185,7 @@ impl SectorLight {
         // Each of the sectors here is some of those of the mask.
         let each = 1 << self.log;
         let (mut filled, mut uneven, mut suspect) = (Sectors::NONE, Sectors::NONE, Sectors::NONE);
-        for (i, &(sum, count)) in self.sums.iter().enumerate().filter(|(_, (_, count))| *count > 0) {
+        for (i, &(sum, count)) in rolled(self.sums.iter().enumerate()).filter(|(_, (_, count))| *count > 0) {
             let count = f32::from(count);
             // All for the sum of the sector.
             let sigma = noise * math::sqrt(0.5 * count);
@@ -193,7 +194,7 @@ impl SectorLight {
             let is_suspect = excess > 0.2 * limits::UNEVEN * count + sigma;
             for (sectors, over) in [(&mut filled, true), (&mut uneven, is_uneven), (&mut suspect, is_suspect)]
             {
-                (0..if over { each } else { 0 }).for_each(|k| sectors.mark(i as u32 * each + k));
+                rolled(0..if over { each } else { 0 }).for_each(|k| sectors.mark(i as u32 * each + k));
             }
         }
         // Glare and shadows have no border: what is beside uneven light is judged by less.
@@ -213,7 +214,7 @@ impl SectorLight {
         for _ in 0..7 {
             let middle = (low + high) / 2;
             let (mut below, mut filled) = (0, 0);
-            for &(sum, count) in self.sums.iter().filter(|(_, count)| *count > 0) {
+            for &(sum, count) in rolled(&self.sums).filter(|(_, count)| *count > 0) {
                 below += u32::from(i32::from(sum) < middle * i32::from(count));
                 filled += 1;
             }

@@ -10,7 +10,7 @@ use super::sectors::{Sectors, sector_of};
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Concentric, ConcentricAdjustment, ConcentricStep, Shape, Spread};
 use crate::fixed::{ONE, PX, fixed};
-use crate::list::list;
+use crate::list::{list, rolled};
 use crate::math;
 use crate::reject::Reject;
 use crate::scan::Pool;
@@ -243,8 +243,7 @@ impl<'a, 'p> Fit<'a, 'p> {
 
     /// Largest factor on the covariance because the residuals of a circle are not independent.
     fn excess(&self, rms: f32) -> f32 {
-        self.arcs
-            .iter()
+        rolled(&self.arcs)
             .fold(1.0, |factor: f32, arcs| factor.max(self.source.excess(arcs.points, rms, arcs.light)))
     }
 }

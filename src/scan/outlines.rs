@@ -3,6 +3,7 @@
 use super::crossings::CrossingList;
 use crate::abilities::ARCS;
 use crate::fit::Shape;
+use crate::list::rolled;
 use crate::math;
 use crate::settings::limits;
 
@@ -390,7 +391,7 @@ impl<'s> Outlines<'s> {
     #[inline(never)]
     pub fn largest(&self, wanted: impl Fn(&Outline) -> bool) -> Option<u16> {
         let used = self.slots.get(..usize::from(self.touched))?;
-        let wanted = used.iter().enumerate().filter(|(_, o)| wanted(o));
+        let wanted = rolled(used.iter().enumerate()).filter(|(_, o)| wanted(o));
         let (label, outline) = wanted.max_by_key(|(_, o)| o.crossings.len())?;
         (outline.crossings.len() > 0).then_some(label as u16)
     }
