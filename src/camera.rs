@@ -55,6 +55,7 @@ impl Distortion {
     }
 
     /// Derivative of the distorted place at `(x, y)`: `(xx, xy, yy)` of a symmetric matrix.
+    #[inline(never)]
     fn slope(&self, (x, y): (f32, f32)) -> (f32, f32, f32) {
         let t = x * x + y * y;
         let along = 1.0 + self.radial(t);

@@ -58,11 +58,12 @@ impl Pieces {
     pub fn sum(&self, start: usize, length: usize) -> Rough {
         let none = Rough::default();
         let first = |count: usize| self.0.get(count).unwrap_or(&none);
-        let sum = first((start + length).min(PIECES)).without(first(start));
-        match (start + length).checked_sub(PIECES) {
-            Some(wrapped) => sum.with(first(wrapped)),
-            None => sum,
+        let mut sum = *first((start + length).min(PIECES));
+        sum.remove(first(start));
+        if let Some(wrapped) = (start + length).checked_sub(PIECES) {
+            sum.join(first(wrapped));
         }
+        sum
     }
 
     /// Where the outline turns to either side.

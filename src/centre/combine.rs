@@ -43,6 +43,7 @@ pub fn mean<T: Real>(variances: impl Iterator<Item = T> + Clone) -> Option<Weigh
 /// with two circles and t = 0 the weights are r2^2 / (r2^2 - r1^2) and r1^2 / (r1^2 - r2^2).
 ///
 /// `None` if all radii are the same or there are less than two.
+#[inline(never)]
 pub fn weights<T: Real>(circles: &[(T, T)], t: T) -> Option<Weights<T>> {
     let one = T::from(1.0);
     let zero = T::from(0.0);

@@ -1,5 +1,7 @@
 //! The algebraic fit to points that are good to a fraction of a pixel, from whole numbers.
 
+use core::hint::black_box;
+
 use super::shape::Shape;
 use super::solve::{Factor, Matrix};
 use crate::fixed::{PX, fixed};
@@ -48,20 +50,22 @@ impl Rough {
         }
     }
 
-    /// With all points of `other`.
-    #[inline(never)]
-    pub fn with(&self, other: &Self) -> Self {
-        let mut sums = self.sums;
-        rolled(sums.iter_mut().zip(&other.sums)).for_each(|(sum, other)| *sum += other);
-        Self { sums }
+    /// Adds all points of `other`, ...
+    pub fn join(&mut self, other: &Self) {
+        self.add_each(other, 1);
     }
 
-    /// Without those of `other`, which are among its own.
+    /// ... or takes them away, which are among its own.
+    pub fn remove(&mut self, other: &Self) {
+        self.add_each(other, -1);
+    }
+
     #[inline(never)]
-    pub fn without(&self, other: &Self) -> Self {
-        let mut sums = self.sums;
-        rolled(sums.iter_mut().zip(&other.sums)).for_each(|(sum, other)| *sum -= other);
-        Self { sums }
+    fn add_each(&mut self, other: &Self, sign: i64) {
+        // What the compiler cannot count it does not unroll.
+        for (sum, other) in rolled(black_box(&mut self.sums[..]).iter_mut().zip(&other.sums)) {
+            *sum += if sign < 0 { -other } else { *other };
+        }
     }
 
     /// The mean of the points without those of `other`; `None` if there are none.
@@ -136,9 +140,13 @@ mod tests {
             let (sin, cos) = libm::sincosf(i as f32 * 0.09);
             let mut part = Rough::default();
             part.add(grid(0.1 + 0.8 * cos - 0.1 * sin), grid(-0.2 + 0.1 * cos + 0.5 * sin));
-            arc = arc.with(&part);
+            arc.join(&part);
         }
-        assert_eq!(arc.with(&arc).without(&arc).sums, arc.sums);
+        let mut same = arc;
+        same.join(&arc);
+        assert_ne!(same.sums, arc.sums);
+        same.remove(&arc);
+        assert_eq!(same.sums, arc.sums);
         let shape = arc.fit().unwrap();
         assert!((shape.cx - 0.1).abs() < 1e-3 && (shape.cy + 0.2).abs() < 1e-3, "{shape:?}");
         arc.add(4096, 4096);

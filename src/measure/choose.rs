@@ -5,7 +5,7 @@ use super::ellipse::{Fitted, FittedList};
 use crate::candidate::Offset;
 use crate::centre::Pencil;
 use crate::fit::{Adjusted, Frame};
-use crate::list::list;
+use crate::list::{list, rolled};
 use crate::math;
 use crate::reject::Reject;
 use crate::settings::{Polarity, Settings, limits};
@@ -18,7 +18,7 @@ pub(super) fn choose(fitted: &FittedList, settings: &Settings, width: u16) -> Re
         if outer.dark_inside != (settings.spec.polarity() == Polarity::Dark) || inside.is_empty() {
             continue;
         }
-        let concentric = inside.iter().filter_map(|inner| concentric(outer, inner, width));
+        let concentric = rolled(inside).filter_map(|inner| concentric(outer, inner, width));
         let circles = list(core::iter::once(*outer).chain(concentric));
         if circles.len() < 2 {
             cause = Reject::NotConcentric;
@@ -75,7 +75,7 @@ fn match_circles(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
     let mut matched = list(core::iter::once(*outer));
     for &ratio in wanted {
         let off = |circle: &&Fitted| (circle.ratio / ratio - 1.0).abs();
-        let best = inside.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let best = rolled(inside).min_by(|a, b| off(a).total_cmp(&off(b)))?;
         if off(&best) > ratio_tolerance(best) {
             return None;
         }
@@ -100,7 +100,7 @@ fn match_lines(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
     let mut matched = list([a, b].into_iter());
     for &ratio in wanted {
         let off = |(middle, ..): &(f32, Fitted, Fitted)| (middle / (outer * ratio) - 1.0).abs();
-        let inside = circles.windows(2).skip(1).filter_map(line);
+        let inside = rolled(circles.windows(2)).skip(1).filter_map(line);
         let best = inside.min_by(|a, b| off(a).total_cmp(&off(b)))?;
         if off(&best) > ratio_tolerance(&best.2) {
             return None;

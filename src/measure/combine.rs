@@ -1,5 +1,7 @@
 //! Fitted ellipses to a centre with its covariance: the forms of [`crate::centre`] applied.
 
+use core::hint::black_box;
+
 use super::ellipse::{Fitted, FittedList};
 use crate::centre::{Significance, Weights, mean, perspective, weights};
 use crate::fit::Adjusted;
@@ -112,7 +114,8 @@ fn true_weights(circles: &FittedList, t: f32) -> Option<Weights<f32>> {
     for circle in rolled(circles) {
         inputs.push((circle.ratio, variance(circle))).ok()?;
     }
-    weights(&inputs, t)
+    // A length that the compiler does not know: it would unroll all loops over up to eight circles.
+    weights(black_box(&inputs), t)
 }
 
 /// The weighted sum of the ellipse centres about the outer one: a place where the weights sum to 1.

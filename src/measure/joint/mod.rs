@@ -88,6 +88,7 @@ struct Gate {
 }
 
 impl Gate {
+    #[inline(never)]
     fn new(few: bool, misfit: f32, (far, excess): (f32, f32), noise: f32) -> Self {
         let far = [1.0, 0.707, 0.5, 0.354, 0.25].map(|root| grey(far + FAR_SIGMAS * noise * root));
         Self { few, misfit: grey(misfit), excess, noise, far }
