@@ -86,21 +86,21 @@ struct Seen {
 impl Seen {
     fn of(gauge: &Gauge, dark_inside: bool, points: impl Iterator<Item = Point>) -> Self {
         let mut seen = Self::default();
-        for point in points {
-            let look = gauge.look(&point).filter(|look| look.dark_inside == dark_inside);
-            let Some((look, distance)) = look.and_then(|look| Some((look, gauge.square_distance(&look)?)))
-            else {
-                continue;
-            };
-            if distance <= ON {
-                seen.on += 1;
-                seen.near += u16::from(distance <= square(NEAR));
-                seen.sectors |= look.sector();
-            } else if distance <= BESIDE {
-                seen.beside += 1;
-            }
-        }
+        points.for_each(|point| seen.add(gauge, dark_inside, &point));
         seen
+    }
+
+    #[inline(never)]
+    fn add(&mut self, gauge: &Gauge, dark_inside: bool, point: &Point) {
+        let Some(look) = gauge.look(point).filter(|look| look.dark_inside == dark_inside) else { return };
+        let Some(distance) = gauge.square_distance(&look) else { return };
+        if distance <= ON {
+            self.on += 1;
+            self.near += u16::from(distance <= square(NEAR));
+            self.sectors |= look.sector();
+        } else if distance <= BESIDE {
+            self.beside += 1;
+        }
     }
 
     /// Whether they make an arc of it.

@@ -32,6 +32,7 @@ impl Spread {
     }
 
     /// The same of a residual below 2^16, of which one is 2^`bits`.
+    #[inline(never)]
     pub fn add_fixed(&mut self, residual: i32, bits: u32) {
         let square = residual.unsigned_abs().saturating_pow(2);
         if square == 0 {
