@@ -87,6 +87,7 @@ impl Gauge<AROUND> {
 }
 
 impl<const BITS: u32> Gauge<BITS> {
+    #[inline(never)]
     fn of(shape: &Shape) -> Option<Self> {
         let Frame { l0, l1, l2 } = Frame::new(shape)?;
         let exponent = 14 - exponent(l0.max(l1.abs()).max(l2));

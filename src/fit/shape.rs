@@ -189,6 +189,7 @@ impl Frame {
     }
 
     /// The covariance in the image of a place, from that in the frame.
+    #[inline(never)]
     pub fn point_covariance(&self, uu: f32, uv: f32, vv: f32) -> Covariance {
         let Self { l0, l1, l2 } = *self;
         let k = l1 / (l0 * l2);

@@ -60,6 +60,13 @@ impl Fitted {
 
 pub(crate) type FittedList = Vec<Fitted, MAX_CIRCLES>;
 
+/// Adds a circle. `None` if there are too many.
+// Not inlined: a circle is a hundred and fifty bytes that are copied one by one.
+#[inline(never)]
+pub(super) fn push(circles: &mut FittedList, circle: &Fitted) -> Option<()> {
+    circles.push(*circle).ok()
+}
+
 /// Where the edge points come from.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a, 'p> {

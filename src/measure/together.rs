@@ -4,7 +4,7 @@
 //! ([`Concentric`]) takes most of that away.
 
 use super::combine::{combine, measured_perspective};
-use super::ellipse::{Fitted, FittedList, NEAR, PASSES, Source, alone, even_sectors, judge};
+use super::ellipse::{Fitted, FittedList, NEAR, PASSES, Source, alone, even_sectors, judge, push};
 use super::origin::Origin;
 use super::sectors::{Sectors, sector_of};
 use crate::edge::Edge;
@@ -97,9 +97,9 @@ pub(super) fn together(
         if circle.partial {
             judge(&circle.adjusted, circle.gap, true, source.edge_variance())?;
         }
-        let _ = all.push(circle);
+        let _ = push(&mut all, &circle);
         if let Some(adjusted) = alone(source, arcs.edge, shape, (fit.limit, arcs.used)) {
-            let _ = separate.push(Fitted { adjusted: adjusted.with_variance(factor), ..circle });
+            let _ = push(&mut separate, &Fitted { adjusted: adjusted.with_variance(factor), ..circle });
         }
     }
     Ok(Together { circles: all, separate, covariance: step.covariance(0.0).scaled(factor) })

@@ -18,7 +18,7 @@ mod start;
 mod tests;
 mod view;
 
-use super::ellipse::{Fitted, FittedList};
+use super::ellipse::{Fitted, FittedList, push};
 use super::origin::Origin;
 use super::sectors::Sectors;
 use super::{Light, check_contrast};
@@ -350,7 +350,7 @@ fn result(model: &Model, steps: &Steps<'_>, circles: &mut FittedList) -> Option<
             ratio: 1.0,
             measured_ratio: 1.0,
         };
-        circles.push(fitted).ok()?;
+        push(circles, &fitted)?;
     }
     let frame = model.outlines.first()?.frame;
     let plane = solved.spread(0)?.shared.map(|row| row.map(|entry| entry * solved.variance));
