@@ -198,6 +198,7 @@ impl Camera {
 
     /// Where a lens without distortion would show what the image shows at `place`: the inverse of
     /// [`distort`](Self::distort), with its errors.
+    #[inline(never)]
     pub fn undistort(&self, place: Position) -> Option<Position> {
         let (x, y) = self.distortion.undo(self.within(place)?)?;
         let shift = self.distortion.shift((x, y));

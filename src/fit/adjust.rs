@@ -56,6 +56,7 @@ pub(crate) struct Adjusted {
 
 impl Adjusted {
     /// The same with `factor` times the variance.
+    #[inline(never)]
     pub fn with_variance(&self, factor: f32) -> Self {
         let frame_covariance = self.frame_covariance.map(|row| row.map(|entry| factor * entry));
         Self { covariance: self.covariance.scaled(factor), frame_covariance, ..*self }

@@ -93,6 +93,7 @@ impl<'a, 'p> Source<'a, 'p> {
 
     /// Factor on the covariance of an ellipse through so many points because their residuals are not independent. What the noise does
     /// not explain moves the points of a place all together, and so does the light beside the edge, of which `light` is the variance.
+    #[inline(never)]
     pub fn excess(&self, points: u16, rms: f32, light: f32) -> f32 {
         let square = (rms * rms).max(f32::MIN_POSITIVE);
         let (explained, moved) = (EXPLAINED * self.calm, LIGHT_MOVES * self.blur);
@@ -158,6 +159,7 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
 }
 
 /// Whether what is seen of an ellipse makes it one. The noise explains a variance of `explained` px^2 of its points.
+#[inline(never)]
 pub(super) fn judge(adjusted: &Adjusted, gap: u32, together: bool, explained: f32) -> Result<(), Reject> {
     if gap > if together { limits::MAX_GAP_TOGETHER } else { limits::MAX_GAP } {
         return Err(Reject::OpenOutline);
@@ -221,6 +223,7 @@ fn start(source: &Source<'_, '_>, k: usize, edge: &Edge) -> Result<Shape, Reject
 }
 
 /// What [`SectorLight`] tells around an ellipse.
+#[inline(never)]
 pub(super) fn even_sectors(source: &Source<'_, '_>, k: usize, shape: &Shape) -> Option<(Sectors, f32)> {
     let adjustment = Adjustment::new(*shape)?;
     let mut light = SectorLight::new(shape.semi_axes().1);
