@@ -1,6 +1,6 @@
 //! The ellipse with the most points on it.
 
-use super::gauge::{Gauge, Look, PX, square};
+use super::gauge::{Gauge, PX, square};
 use super::pieces::{PIECES, Pieces, Unit};
 use super::points::{MAX_POINTS, Point, Points};
 use super::step::{Free, Normals};
@@ -180,39 +180,47 @@ pub(crate) fn common(points: &Points, dark_inside: bool, share: f32) -> Option<A
     points.points.iter().for_each(|point| unit.add(&mut sum, point));
     let start = Arc { shape: unit.fit(&sum)?, dark_inside };
     let arc = finish(&start, scale(&start), &points.points)?;
-    let mut count = 0;
-    for_near(&arc, &points.points, TRIAL, &mut |_| count += 1);
+    let count = sum_near(&arc, &points.points, TRIAL, Sum::Count);
     (count as f32 >= share * points.points.len() as f32).then_some(arc)
 }
 
-/// A point near an arc.
-struct Near<'p> {
-    point: &'p Point,
-    look: Look,
-    square: u32,
+/// What points near an arc are summed up to.
+enum Sum<'s> {
+    Count,
+    /// Each the less the farther it is.
+    Score(&'s mut u32),
+    Algebraic(&'s Unit, &'s mut Rough),
+    Geometric(&'s mut Normals),
 }
 
-/// Gives the points up to `distance` px from the arc's ellipse.
+/// Sums up the points up to `distance` px from the arc's ellipse, and counts them.
 // Not generic: there is one loop over the points for all uses.
 #[inline(never)]
-fn for_near(arc: &Arc, points: &[Point], distance: f32, take: &mut dyn FnMut(&Near<'_>)) {
+fn sum_near(arc: &Arc, points: &[Point], distance: f32, mut sum: Sum<'_>) -> usize {
     let (limit, dark_inside) = (square(distance), arc.dark_inside);
-    let Some(gauge) = Gauge::new(&arc.shape) else { return };
+    let Some(gauge) = Gauge::new(&arc.shape) else { return 0 };
+    let mut count = 0;
     for point in points {
         if let Some(look) = gauge.look(point).filter(|look| look.dark_inside == dark_inside)
             && let Some(square) = gauge.square_distance(&look).filter(|square| *square < limit)
         {
-            take(&Near { point, look, square });
+            count += 1;
+            match &mut sum {
+                Sum::Count => (),
+                Sum::Score(score) => **score += limit - square,
+                Sum::Algebraic(unit, sum) => unit.add(sum, point),
+                Sum::Geometric(normals) => normals.add(&look),
+            }
         }
     }
+    count
 }
 
 /// Number of points up to `distance` px from the arc's ellipse, each the less the farther it is.
 fn score(arc: &Arc, points: &[Point], distance: f32) -> f32 {
-    let limit = square(distance);
-    let mut sum = 0;
-    for_near(arc, points, distance, &mut |near| sum += limit - near.square);
-    sum as f32 / limit as f32
+    let mut score = 0;
+    sum_near(arc, points, distance, Sum::Score(&mut score));
+    score as f32 / square(distance) as f32
 }
 
 /// Fits the ellipse to the points that are near it, again and again: algebraically, which gets there from far but shrinks an
@@ -221,12 +229,8 @@ fn score(arc: &Arc, points: &[Point], distance: f32) -> f32 {
 fn approach(arc: &Arc, share: f32, points: &[Point], unit: &Unit) -> Option<Arc> {
     let mut arc = *arc;
     for distance in REFINE.map(|distance| share * distance) {
-        let (mut sum, mut count) = (Rough::default(), 0);
-        for_near(&arc, points, distance, &mut |near| {
-            unit.add(&mut sum, near.point);
-            count += 1;
-        });
-        if count < MIN_POINTS {
+        let mut sum = Rough::default();
+        if sum_near(&arc, points, distance, Sum::Algebraic(unit, &mut sum)) < MIN_POINTS {
             return None;
         }
         arc.shape = unit.fit(&sum)?;
@@ -246,7 +250,7 @@ fn adjust(arc: &Arc, points: &[Point], distances: &[f32], free: Free) -> Option<
     let mut arc = *arc;
     for &distance in distances {
         let mut normals = Normals::default();
-        for_near(&arc, points, distance, &mut |near| normals.add(&near.look));
+        sum_near(&arc, points, distance, Sum::Geometric(&mut normals));
         if normals.points < MIN_POINTS {
             return None;
         }

@@ -112,12 +112,6 @@ impl Local {
     /// What the neighbouring edges add to the lightness `h` px from this edge.
     #[inline]
     pub fn neighbours(&self, h: i32, edge: &Blurred) -> i32 {
-        // Most have none.
-        if self.light_gap.or(self.dark_gap).is_none() { 0 } else { self.near_neighbours(h, edge) }
-    }
-
-    #[inline(never)]
-    fn near_neighbours(&self, h: i32, edge: &Blurred) -> i32 {
         let light = self.light_gap.map_or(0, |gap| normal_fixed(edge.straight(h - gap)).0);
         let dark = self.dark_gap.map_or(0, |gap| normal_fixed(-edge.straight(h + gap)).0);
         dark - light

@@ -213,7 +213,6 @@ impl ConcentricAdjustment {
     }
 
     /// The step from `family`, for which the points were added. `None` if they do not determine it.
-    #[inline(never)]
     pub fn finish(&self, family: &Concentric) -> Option<ConcentricStep> {
         let (mut m, mut right, mut gain) = (self.m, self.right, 0.0);
         let inner = || self.own.iter().skip(1).filter(|own| own.square > 0.0);

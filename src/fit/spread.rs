@@ -32,7 +32,6 @@ impl Spread {
     }
 
     /// The same of a residual below 2^16, of which one is 2^`bits`.
-    #[inline(never)]
     pub fn add_fixed(&mut self, residual: i32, bits: u32) {
         let square = residual.unsigned_abs().saturating_pow(2);
         if square == 0 {
@@ -45,7 +44,6 @@ impl Spread {
         self.count(bin);
     }
 
-    #[inline(never)]
     fn count(&mut self, bin: u32) {
         let bin = (bin as usize).min(BINS - 1);
         if let Some(bin) = self.bins.get_mut(bin) {

@@ -99,7 +99,8 @@ pub(super) fn together(
         }
         let _ = push(&mut all, &circle);
         if let Some(adjusted) = alone(source, arcs.edge, shape, (fit.limit, arcs.used)) {
-            let _ = push(&mut separate, &Fitted { adjusted: adjusted.with_variance(factor), ..circle });
+            circle.adjusted = adjusted.with_variance(factor);
+            let _ = push(&mut separate, &circle);
         }
     }
     Ok(Together { circles: all, separate, covariance: step.covariance(0.0).scaled(factor) })
@@ -201,7 +202,6 @@ impl<'a, 'p> Fit<'a, 'p> {
     }
 
     /// A step, the distance of the farthest point that it used, and the robust standard deviation of these, px.
-    #[inline(never)]
     fn pass(&mut self) -> Option<(ConcentricStep, f32, f32)> {
         let mut adjustment = ConcentricAdjustment::new();
         let mut spread = Spread::default();

@@ -127,7 +127,8 @@ impl Flavor for Frame<'_> {
     /// Not inlined: the serializer has it in every number.
     #[inline(never)]
     fn try_extend(&mut self, data: &[u8]) -> postcard::Result<()> {
-        data.iter().for_each(|byte| self.content(*byte));
+        self.digest.update(data);
+        data.iter().for_each(|byte| self.stuff(*byte));
         Ok(())
     }
 
