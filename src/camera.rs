@@ -55,6 +55,7 @@ impl Distortion {
     }
 
     /// Derivative of the distorted place at `(x, y)`: `(xx, xy, yy)` of a symmetric matrix.
+    #[inline(never)]
     fn slope(&self, (x, y): (f32, f32)) -> (f32, f32, f32) {
         let t = x * x + y * y;
         let along = 1.0 + self.radial(t);
@@ -197,6 +198,7 @@ impl Camera {
 
     /// Where a lens without distortion would show what the image shows at `place`: the inverse of
     /// [`distort`](Self::distort), with its errors.
+    #[inline(never)]
     pub fn undistort(&self, place: Position) -> Option<Position> {
         let (x, y) = self.distortion.undo(self.within(place)?)?;
         let shift = self.distortion.shift((x, y));

@@ -19,6 +19,7 @@ pub(crate) const LEAST_LIGHT: i32 = ONE / 4;
 pub(crate) const MOST_LIGHT: i32 = ONE * 3 / 2;
 
 /// `x` where one is `one`; saturates.
+#[inline(never)]
 pub(crate) fn fixed(x: f32, one: i32) -> i32 {
     math::round(x * one as f32)
 }

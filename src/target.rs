@@ -6,6 +6,7 @@
 //! down (OpenCV's convention). Every type with coordinates in this crate means these.
 
 use crate::code::Reading;
+use crate::list::rolled;
 use heapless::Vec;
 
 /// Largest number of circles kept for a target. A circle drawn as a line has two outlines, so this is
@@ -70,11 +71,13 @@ pub struct Covariance {
 
 impl Covariance {
     /// `factor` times as large.
+    #[inline(never)]
     pub(crate) fn scaled(&self, factor: f32) -> Self {
         Self { xx: factor * self.xx, xy: factor * self.xy, yy: factor * self.yy }
     }
 
     /// That of a place after the linear map `m`.
+    #[inline(never)]
     pub(crate) fn mapped(&self, [[a, b], [c, d]]: [[f32; 2]; 2]) -> Self {
         let Self { xx, xy, yy } = *self;
         Self {
@@ -216,7 +219,7 @@ impl Target {
     /// The same with variances `factor` times as large.
     pub(crate) fn less_sure(mut self, factor: f32) -> Self {
         self.covariance = self.covariance.scaled(factor);
-        for circle in &mut self.circles {
+        for circle in rolled(&mut self.circles) {
             circle.covariance = circle.covariance.scaled(factor);
         }
         self

@@ -87,6 +87,7 @@ impl Gauge<AROUND> {
 }
 
 impl<const BITS: u32> Gauge<BITS> {
+    #[inline(never)]
     fn of(shape: &Shape) -> Option<Self> {
         let Frame { l0, l1, l2 } = Frame::new(shape)?;
         let exponent = 14 - exponent(l0.max(l1.abs()).max(l2));
@@ -154,6 +155,7 @@ impl<const BITS: u32> Gauge<BITS> {
     }
 
     /// That of a point beside which the light is on the side that `dark_inside` tells.
+    #[inline(never)]
     pub fn square_distance_of(&self, point: &Point, dark_inside: bool) -> Option<u32> {
         self.square_distance(&self.look(point).filter(|look| look.dark_inside == dark_inside)?)
     }

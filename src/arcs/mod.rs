@@ -24,6 +24,7 @@ pub(crate) use points::Points;
 pub(crate) use search::{around, common, free};
 
 use crate::fit::Shape;
+use crate::list::rolled;
 use crate::math;
 use crate::scan::{Crossing, CrossingList, Pool};
 use crate::settings::limits;
@@ -87,21 +88,21 @@ struct Seen {
 impl Seen {
     fn of(gauge: &Gauge, dark_inside: bool, points: impl Iterator<Item = Point>) -> Self {
         let mut seen = Self::default();
-        for point in points {
-            let look = gauge.look(&point).filter(|look| look.dark_inside == dark_inside);
-            let Some((look, distance)) = look.and_then(|look| Some((look, gauge.square_distance(&look)?)))
-            else {
-                continue;
-            };
-            if distance <= ON {
-                seen.on += 1;
-                seen.near += u16::from(distance <= square(NEAR));
-                seen.sectors |= look.sector();
-            } else if distance <= BESIDE {
-                seen.beside += 1;
-            }
-        }
+        points.for_each(|point| seen.add(gauge, dark_inside, &point));
         seen
+    }
+
+    #[inline(never)]
+    fn add(&mut self, gauge: &Gauge, dark_inside: bool, point: &Point) {
+        let Some(look) = gauge.look(point).filter(|look| look.dark_inside == dark_inside) else { return };
+        let Some(distance) = gauge.square_distance(&look) else { return };
+        if distance <= ON {
+            self.on += 1;
+            self.near += u16::from(distance <= square(NEAR));
+            self.sectors |= look.sector();
+        } else if distance <= BESIDE {
+            self.beside += 1;
+        }
     }
 
     /// Whether they make an arc of it.
@@ -157,7 +158,6 @@ pub(crate) fn place(crossing: &Crossing, origin: (u16, u16)) -> (i32, i32) {
 /// it noise or blur spreads them all, and what is near is as much wider.
 pub(crate) fn are_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: (u16, u16)) -> bool {
     let Some(gauge) = Gauge::new(&arc.shape) else { return true };
-    let exceeds = |distance: &Option<Distance>, limit: u32| distance.is_none_or(|d| d.exceeds(limit));
     let (mut others, mut distances) = (points::count_of_fewest(list), Vec::<_, MAX_FEWEST>::new());
     let most = others / MOST_OFF;
     for point in points::fewest(list, pool, origin) {
@@ -169,12 +169,21 @@ pub(crate) fn are_off(arc: &Arc, list: CrossingList, pool: &Pool<'_>, origin: (u
         }
         let _ = distances.push(distance);
     }
-    let off = |limit: u32| distances.iter().filter(|distance| exceeds(distance, limit)).count();
+    let off = |limit: u32| count_beyond(&distances, limit);
     let many = |limit: u32| MOST_OFF * off(limit) > distances.len();
     // Noise leaves hardly any far away, a dent or a bump does.
     let dented = MOST_FAR * off(TAKEN) > distances.len();
     let fits = |wider: &f32| dented || 2 * off(square(NEAR_SHARE * NEAR * wider)) <= distances.len();
     many(square(NEAR * WIDER.into_iter().find(fits).unwrap_or(WIDEST)))
+}
+
+#[inline(never)]
+fn count_beyond(distances: &[Option<Distance>], limit: u32) -> usize {
+    rolled(distances).filter(|distance| exceeds(distance, limit)).count()
+}
+
+fn exceeds(distance: &Option<Distance>, limit: u32) -> bool {
+    distance.is_none_or(|distance| distance.exceeds(limit))
 }
 
 /// Crossings that a whole ellipse with these semi-axes has, to 10 %, when each axis keeps its own half of them.

@@ -3,6 +3,7 @@
 use super::gauge::PX;
 use super::points::Point;
 use crate::fit::{Rough, Shape};
+use crate::list::rolled;
 
 /// Pieces of an outline of which trial arcs are made.
 pub(super) const PIECES: usize = 16;
@@ -21,7 +22,7 @@ impl Unit {
     pub fn of(points: &[Point]) -> Self {
         let largest =
             |extent: u32, point: &Point| extent.max(point.x.unsigned_abs()).max(point.y.unsigned_abs());
-        let extent = points.iter().fold(PX as u32, largest);
+        let extent = rolled(points).fold(PX as u32, largest);
         let shift = (u32::BITS - extent.leading_zeros()).saturating_sub(Rough::BITS);
         Self { shift, extent: extent as f32 / PX as f32 }
     }
@@ -55,11 +56,14 @@ impl Pieces {
 
     /// Sum of `length` pieces from `start` on, around the outline.
     pub fn sum(&self, start: usize, length: usize) -> Rough {
-        let first = |count: usize| self.0.get(count).copied().unwrap_or_default();
-        match (start + length).checked_sub(PIECES) {
-            Some(wrapped) => first(PIECES).without(&first(start)).with(&first(wrapped)),
-            None => first(start + length).without(&first(start)),
+        let none = Rough::default();
+        let first = |count: usize| self.0.get(count).unwrap_or(&none);
+        let mut sum = *first((start + length).min(PIECES));
+        sum.remove(first(start));
+        if let Some(wrapped) = (start + length).checked_sub(PIECES) {
+            sum.join(first(wrapped));
         }
+        sum
     }
 
     /// Where the outline turns to either side.
@@ -68,7 +72,7 @@ impl Pieces {
         let scatter = (SCATTER >> unit.shift).max(1);
         let middle = |piece: usize| {
             let piece = piece % PIECES;
-            self.0.get(piece + 1)?.without(self.0.get(piece)?).mean()
+            self.0.get(piece + 1)?.mean_without(self.0.get(piece)?)
         };
         for piece in 0..PIECES {
             let [Some(a), Some(b), Some(c)] = [piece + PIECES - 1, piece, piece + 1].map(middle) else {

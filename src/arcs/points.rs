@@ -1,6 +1,7 @@
 //! Crossings as rough points.
 
 use super::gauge::{AROUND, Gauge, PX};
+use crate::list::rolled;
 use crate::scan::{Axis, Crossing, CrossingList, Pool};
 use heapless::Vec;
 
@@ -43,6 +44,7 @@ fn pixel(crossing: &Crossing, origin: (u16, u16)) -> (i32, i32) {
 }
 
 impl Point {
+    #[inline(never)]
     pub fn new(crossing: &Crossing, origin: (u16, u16)) -> Self {
         let (x, y) = pixel(crossing, origin);
         let [_, n0, n1, n2, n3, _] = crossing.near.map(i32::from);
@@ -152,7 +154,7 @@ impl Points {
         while let Some((last, others)) = rest.split_first_mut() {
             let distance = |point: &Point| last.distance(point, shift);
             if let Some((next, further)) = others.split_first_mut()
-                && let Some(nearest) = further.iter_mut().min_by_key(|point| distance(point))
+                && let Some(nearest) = rolled(further).min_by_key(|point| distance(point))
                 && distance(nearest) < distance(next)
             {
                 core::mem::swap(next, nearest);

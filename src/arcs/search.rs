@@ -1,11 +1,12 @@
 //! The ellipse with the most points on it.
 
-use super::gauge::{Gauge, Look, PX, square};
+use super::gauge::{Gauge, PX, square};
 use super::pieces::{PIECES, Pieces, Unit};
 use super::points::{MAX_POINTS, Point, Points};
-use super::step::Normals;
+use super::step::{Free, Normals};
 use super::{Arc, Seen};
-use crate::fit::{Rough, Shape};
+use crate::fit::Rough;
+use crate::list::rolled;
 use crate::scan::{CrossingList, Pool};
 use heapless::Vec;
 
@@ -128,8 +129,8 @@ pub(crate) fn around(anchor: &Arc, list: CrossingList, pool: &Pool<'_>, origin: 
         let Some((radius, dark_inside)) = take_mode(&mut radii) else { break };
         let radius = radius as f32 / Gauge::UNIT as f32;
         let trial = Arc { shape: anchor.shape.grown(radius), dark_inside };
-        let Some(similar) = adjust(&trial, &points.points, &SIMILAR, Normals::similar) else { continue };
-        let free = adjust(&similar, &points.points, &ADJUST, Normals::step);
+        let Some(similar) = adjust(&trial, &points.points, &SIMILAR, Free::Similar) else { continue };
+        let free = adjust(&similar, &points.points, &ADJUST, Free::All);
         for (arc, gain) in [(Some(similar), 1.0), (free, FREE_GAIN)] {
             let Some(arc) = arc else { continue };
             let score = score(&arc, &points.points, TRIAL) / gain;
@@ -161,7 +162,7 @@ impl Radius {
 fn take_mode(radii: &mut Vec<Radius, MAX_POINTS>) -> Option<(i32, bool)> {
     let (mut mode, mut most) = (None, MIN_POINTS as i32 - 1);
     for &Radius { radius: middle, dark_inside, .. } in radii.iter().step_by(2) {
-        let agree = radii.iter().filter(|radius| radius.agrees(middle, dark_inside));
+        let agree = rolled(radii.iter()).filter(|radius| radius.agrees(middle, dark_inside));
         let (count, sum) = agree.fold((0, 0), |(count, sum), radius| (count + 1, sum + radius.radius));
         if count > most {
             (mode, most) = (Some((middle, sum / count, dark_inside)), count);
@@ -179,32 +180,47 @@ pub(crate) fn common(points: &Points, dark_inside: bool, share: f32) -> Option<A
     points.points.iter().for_each(|point| unit.add(&mut sum, point));
     let start = Arc { shape: unit.fit(&sum)?, dark_inside };
     let arc = finish(&start, scale(&start), &points.points)?;
-    (near(&arc, &points.points, TRIAL).count() as f32 >= share * points.points.len() as f32).then_some(arc)
+    let count = sum_near(&arc, &points.points, TRIAL, Sum::Count);
+    (count as f32 >= share * points.points.len() as f32).then_some(arc)
 }
 
-/// A point near an arc.
-struct Near<'p> {
-    point: &'p Point,
-    look: Look,
-    square: u32,
+/// What points near an arc are summed up to.
+enum Sum<'s> {
+    Count,
+    /// Each the less the farther it is.
+    Score(&'s mut u32),
+    Algebraic(&'s Unit, &'s mut Rough),
+    Geometric(&'s mut Normals),
 }
 
-/// The points up to `distance` px from the arc's ellipse.
-fn near<'p>(arc: &Arc, points: &'p [Point], distance: f32) -> impl Iterator<Item = Near<'p>> + use<'p> {
-    let (gauge, limit, dark_inside) = (Gauge::new(&arc.shape), square(distance), arc.dark_inside);
-    points.iter().filter_map(move |point| {
-        let gauge = gauge.as_ref()?;
-        let look = gauge.look(point).filter(|look| look.dark_inside == dark_inside)?;
-        let square = gauge.square_distance(&look).filter(|square| *square < limit)?;
-        Some(Near { point, look, square })
-    })
+/// Sums up the points up to `distance` px from the arc's ellipse, and counts them.
+// Not generic: there is one loop over the points for all uses.
+#[inline(never)]
+fn sum_near(arc: &Arc, points: &[Point], distance: f32, mut sum: Sum<'_>) -> usize {
+    let (limit, dark_inside) = (square(distance), arc.dark_inside);
+    let Some(gauge) = Gauge::new(&arc.shape) else { return 0 };
+    let mut count = 0;
+    for point in points {
+        if let Some(look) = gauge.look(point).filter(|look| look.dark_inside == dark_inside)
+            && let Some(square) = gauge.square_distance(&look).filter(|square| *square < limit)
+        {
+            count += 1;
+            match &mut sum {
+                Sum::Count => (),
+                Sum::Score(score) => **score += limit - square,
+                Sum::Algebraic(unit, sum) => unit.add(sum, point),
+                Sum::Geometric(normals) => normals.add(&look),
+            }
+        }
+    }
+    count
 }
 
 /// Number of points up to `distance` px from the arc's ellipse, each the less the farther it is.
 fn score(arc: &Arc, points: &[Point], distance: f32) -> f32 {
-    let limit = square(distance);
-    let sum = near(arc, points, distance).fold(0, |sum, near| sum + limit - near.square);
-    sum as f32 / limit as f32
+    let mut score = 0;
+    sum_near(arc, points, distance, Sum::Score(&mut score));
+    score as f32 / square(distance) as f32
 }
 
 /// Fits the ellipse to the points that are near it, again and again: algebraically, which gets there from far but shrinks an
@@ -213,12 +229,8 @@ fn score(arc: &Arc, points: &[Point], distance: f32) -> f32 {
 fn approach(arc: &Arc, share: f32, points: &[Point], unit: &Unit) -> Option<Arc> {
     let mut arc = *arc;
     for distance in REFINE.map(|distance| share * distance) {
-        let (mut sum, mut count) = (Rough::default(), 0);
-        for near in near(&arc, points, distance) {
-            unit.add(&mut sum, near.point);
-            count += 1;
-        }
-        if count < MIN_POINTS {
+        let mut sum = Rough::default();
+        if sum_near(&arc, points, distance, Sum::Algebraic(unit, &mut sum)) < MIN_POINTS {
             return None;
         }
         arc.shape = unit.fit(&sum)?;
@@ -229,25 +241,20 @@ fn approach(arc: &Arc, share: f32, points: &[Point], unit: &Unit) -> Option<Arc>
 
 /// Fits it geometrically.
 fn finish(arc: &Arc, share: f32, points: &[Point]) -> Option<Arc> {
-    adjust(arc, points, &ADJUST.map(|distance| share * distance), Normals::step)
+    adjust(arc, points, &ADJUST.map(|distance| share * distance), Free::All)
 }
 
 /// Adjusts the ellipse geometrically, with the points within each of `distances` in turn.
 #[inline(never)]
-fn adjust(
-    arc: &Arc,
-    points: &[Point],
-    distances: &[f32],
-    step: impl Fn(&Normals, &Shape) -> Option<Shape>,
-) -> Option<Arc> {
+fn adjust(arc: &Arc, points: &[Point], distances: &[f32], free: Free) -> Option<Arc> {
     let mut arc = *arc;
     for &distance in distances {
         let mut normals = Normals::default();
-        near(&arc, points, distance).for_each(|near| normals.add(&near.look));
+        sum_near(&arc, points, distance, Sum::Geometric(&mut normals));
         if normals.points < MIN_POINTS {
             return None;
         }
-        arc.shape = step(&normals, &arc.shape)?;
+        arc.shape = normals.step(&arc.shape, free)?;
     }
     Some(arc)
 }

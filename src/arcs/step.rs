@@ -51,24 +51,25 @@ impl Normals {
     }
 
     /// Takes the step from the ellipse `shape` of the looks.
-    pub fn step(&self, shape: &Shape) -> Option<Shape> {
-        self.take::<0, TERMS>(shape)
-    }
-
-    /// Takes the step to a similar ellipse instead: only centre and size are free, as between concentric circles.
-    pub fn similar(&self, shape: &Shape) -> Option<Shape> {
-        self.take::<2, 3>(shape)
-    }
-
-    /// Takes the step in the `N` terms from `FIRST` on.
-    fn take<const FIRST: usize, const N: usize>(&self, shape: &Shape) -> Option<Shape> {
+    pub fn step(&self, shape: &Shape, free: Free) -> Option<Shape> {
         const UNIT: f32 = 1.0 / (1 << (VALUE - TERM)) as f32;
-        let m: Matrix<N> =
-            core::array::from_fn(|i| core::array::from_fn(|j| self.m[FIRST + i][FIRST + j] as f32));
-        let right = core::array::from_fn(|i| self.right[FIRST + i] as f32 * UNIT);
-        let solved = Factor::new(&m)?.solve(right);
-        let mut step = [0.0; TERMS];
-        step[FIRST..].copy_from_slice(&solved);
-        Frame::new(shape)?.moved(shape, &step)
+        let first = free as usize;
+        // The others are held by an equation each of their own.
+        let m: Matrix<TERMS> = core::array::from_fn(|i| {
+            core::array::from_fn(|j| match j < first {
+                true => f32::from(u8::from(i == j)),
+                false => self.m[i][j] as f32,
+            })
+        });
+        let right = core::array::from_fn(|i| if i < first { 0.0 } else { self.right[i] as f32 * UNIT });
+        Frame::new(shape)?.moved(shape, &Factor::new(&m)?.solve(right))
     }
+}
+
+/// What a step changes: the terms from this one on.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Free {
+    All = 0,
+    /// To a similar ellipse: only centre and size, as between concentric circles.
+    Similar = 2,
 }

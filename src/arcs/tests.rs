@@ -3,7 +3,7 @@ extern crate std;
 use super::gauge::{Gauge, root, square};
 use super::pieces::{Pieces, Unit};
 use super::points::{Point, Points};
-use super::step::Normals;
+use super::step::{Free, Normals};
 use crate::fit::{Adjustment, Shape};
 use crate::scan::{Axis, Crossing, Pool, Stretch};
 use core::f32::consts::TAU;
@@ -165,7 +165,9 @@ fn steps_are_those_of_floats() {
             normals.add(&gauge.look(&point).unwrap());
             adjustment.add_point((point.x as f32 / 256.0, point.y as f32 / 256.0));
         }
-        let (Some(found), Some(exact)) = (normals.step(&start), adjustment.finish()) else { continue };
+        let (Some(found), Some(exact)) = (normals.step(&start, Free::All), adjustment.finish()) else {
+            continue;
+        };
         // Where the arc is, they are the same ellipse.
         for place in places.iter().step_by(10) {
             let between =
@@ -184,7 +186,7 @@ fn a_similar_step_keeps_the_form() {
         let gauge = Gauge::new(&shape).unwrap();
         let mut normals = Normals::default();
         (0..100).for_each(|i| normals.add(&gauge.look(&point(drawn.place(0.03 * i as f32, 0.0))).unwrap()));
-        shape = normals.similar(&shape).unwrap();
+        shape = normals.step(&shape, Free::Similar).unwrap();
     }
     let (a, b) = shape.semi_axes();
     assert!((a / b - 1.5).abs() < 1e-3 && (a - 30.0).abs() < 0.05, "{a} {b}");

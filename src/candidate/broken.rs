@@ -1,8 +1,11 @@
 //! Outlines that are no ellipse: the arcs of circles in them.
 
+use core::hint::black_box;
+
 use super::{Waiting, origin, set_arc, shape};
 use crate::arcs::{self, Arc, Points};
 use crate::fit::Shape;
+use crate::list::rolled;
 use crate::reject::Reject;
 use crate::scan::{CrossingList, NONE, Outline, Pool, Scanner, Seen};
 use crate::settings::limits;
@@ -124,7 +127,12 @@ fn anchors(
             let _ = anchors.push(arc);
         }
     }
-    anchors.reverse();
+    let mut rest = anchors.as_mut_slice();
+    // As `reverse`, which would be unrolled.
+    while let [first, between @ .., last] = rest {
+        core::mem::swap(first, black_box(last));
+        rest = between;
+    }
     anchors
 }
 
@@ -246,12 +254,12 @@ pub(super) fn find_around(label: u16, open: &[u16], rows: u16, scanner: &mut Sca
 /// Labels of the open outlines whose boxes surround that of `inner` and that have enough crossings.
 pub(super) fn open_around(inner: &Outline, scanner: &Scanner<'_>) -> Vec<u16, MAX_OPEN> {
     let mut open = Vec::new();
-    for transition in scanner.last_transitions() {
+    for transition in rolled(scanner.last_transitions()) {
         let around = |outline: &Outline| {
             outline.is_around(inner) && !outline.lossy && outline.crossings.len() >= MIN_CROSSINGS_AROUND
         };
         let label = transition.label;
-        if scanner.outlines.get(label).is_some_and(around) && !open.contains(&label) {
+        if scanner.outlines.get(label).is_some_and(around) && rolled(&open).all(|other| *other != label) {
             let _ = open.push(label);
         }
     }

@@ -1,4 +1,5 @@
 use super::Real;
+use crate::list::rolled;
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
 
@@ -24,11 +25,11 @@ pub fn perspective<T: Real>(square: T, ratio: T) -> T {
 pub fn mean<T: Real>(variances: impl Iterator<Item = T> + Clone) -> Option<Weights<T>> {
     let one = T::from(1.0);
     let mut sum = T::from(0.0);
-    for variance in variances.clone() {
+    for variance in rolled(variances.clone()) {
         sum = sum + one / variance;
     }
     let mut weights = Weights::new();
-    for variance in variances {
+    for variance in rolled(variances) {
         weights.push(one / (variance * sum)).ok()?;
     }
     Some(weights)
@@ -42,19 +43,20 @@ pub fn mean<T: Real>(variances: impl Iterator<Item = T> + Clone) -> Option<Weigh
 /// with two circles and t = 0 the weights are r2^2 / (r2^2 - r1^2) and r1^2 / (r1^2 - r2^2).
 ///
 /// `None` if all radii are the same or there are less than two.
+#[inline(never)]
 pub fn weights<T: Real>(circles: &[(T, T)], t: T) -> Option<Weights<T>> {
     let one = T::from(1.0);
     let zero = T::from(0.0);
     let g = |ratio: T| ratio * ratio / (one - t * ratio * ratio);
     // Weighted line through (g, B), read at g = 0.
     let (mut s0, mut s1) = (zero, zero);
-    for &(ratio, variance) in circles {
+    for &(ratio, variance) in rolled(circles) {
         s0 = s0 + one / variance;
         s1 = s1 + g(ratio) / variance;
     }
     let mean = s1 / s0;
     let mut spread = zero;
-    for &(ratio, variance) in circles {
+    for &(ratio, variance) in rolled(circles) {
         let d = g(ratio) - mean;
         spread = spread + d * d / variance;
     }
@@ -63,7 +65,7 @@ pub fn weights<T: Real>(circles: &[(T, T)], t: T) -> Option<Weights<T>> {
         return None;
     }
     let mut weights = Weights::new();
-    for &(ratio, variance) in circles {
+    for &(ratio, variance) in rolled(circles) {
         let weight = (one / s0 - mean * (g(ratio) - mean) / spread) / variance;
         weights.push(weight).ok()?;
     }

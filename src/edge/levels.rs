@@ -294,6 +294,7 @@ fn clear(local: &Local, edge: &Blurred, (side, log): (i32, u32)) -> Option<i32> 
 }
 
 /// Lightness of a stretch of pixels, of which the nearest is at `first` px on the light side (1) or the dark side (-1).
+#[inline(never)]
 fn lightness(local: &Local, edge: &Blurred, (side, first): (i32, i32), log: u32) -> i32 {
     let k = edge.k >> 1;
     let h = side * first - local.at;

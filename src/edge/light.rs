@@ -14,6 +14,7 @@ pub(super) struct Light {
 }
 
 impl Light {
+    #[inline(never)]
     pub fn new(levels: &Levels) -> Self {
         let grey = |level: f32| fixed(level.clamp(0.0, 500.0), GREY);
         let slope = |slope: f32| fixed(slope.clamp(-0.06, 0.06), ONE << 6);

@@ -90,6 +90,7 @@ impl Edges<'_> {
         Lines(lines)
     }
 
+    #[inline(never)]
     fn views<'l>(&self, k: usize, Lines(lines): &'l Lines) -> Option<Views<'l>> {
         let edge = self.edges.get(k)?;
         let near = |k: Option<usize>| {

@@ -87,7 +87,7 @@ pub(crate) fn normal_fixed(z: i32) -> (i32, i32) {
 
 /// Mean share of the step over a stretch of pixels, the first of which is at `z` standard deviations, below 0, and which lead away
 /// from the edge by `k` each; `log` is the binary logarithm of their number.
-#[inline]
+#[inline(never)]
 pub(super) fn mean_tail(z: i32, k: i32, log: u32) -> i32 {
     const OVER: i32 = (REACH * (1 << DEVIATION_BITS) as f32) as i32;
     if log == 0 {

@@ -8,7 +8,7 @@
 
 use super::line::{Line, PLACE};
 use super::shape::{Frame, Shape};
-use super::solve::{Factor, Matrix};
+use super::solve::{Factor, Matrix, dot};
 use crate::fixed::{Inverse, PX, wide};
 use crate::math;
 use crate::target::Covariance;
@@ -67,6 +67,7 @@ pub(crate) struct Adjusted {
 
 impl Adjusted {
     /// The same with `factor` times the variance.
+    #[inline(never)]
     pub fn with_variance(&self, factor: f32) -> Self {
         let frame_covariance = self.frame_covariance.map(|row| row.map(|entry| factor * entry));
         Self { covariance: self.covariance.scaled(factor), frame_covariance, ..*self }
@@ -155,7 +156,7 @@ impl Adjustment {
         let right = self.right.map(|sum| term / PX as f32 * sum as f32);
         let factor = Factor::new(&m)?;
         let step = factor.solve(right);
-        let gain: f32 = step.iter().zip(&right).fold(0.0, |sum, (s, r)| sum + s * r);
+        let gain = dot(&step, &right);
         let squares = (SQUARE * self.squares as f32 - gain).max(ROUNDING * f32::from(self.points));
         let free = self.points.checked_sub(5).filter(|&free| free > 0)?;
         let variance = squares / f32::from(free);

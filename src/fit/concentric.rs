@@ -12,7 +12,7 @@
 //! in this way, instead of ten: where two fifths of both are hidden, that makes the centre twice as sure.
 
 use super::shape::{Frame, Shape};
-use super::solve::{Factor, Matrix};
+use super::solve::{Factor, Matrix, add_scaled, dot};
 use crate::list::list;
 use crate::math;
 use crate::target::{Covariance, MAX_CIRCLES};
@@ -61,7 +61,6 @@ impl Concentric {
         let (x, y) = (0.5 * part * self.s.0, 0.5 * part * self.s.1);
         let rows = [[-x, -y, -x, -0.5, 0.0, part, 0.0], [y, -x, -y, 0.0, -0.5, 0.0, part]];
         let [u, v] = rows.map(|row| factor.solve(row.map(|entry| variance * entry)));
-        let dot = |a: &[f32; SHARED], b: &[f32; SHARED]| a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b);
         self.frame.point_covariance(dot(&u, &rows[0]), dot(&u, &rows[1]), dot(&v, &rows[1]))
     }
 }
@@ -197,15 +196,13 @@ impl ConcentricAdjustment {
         let terms = member.terms(view);
         let is_outer = self.own.len() <= 1;
         let Some(own) = self.own.last_mut() else { return };
-        for i in 0..SHARED {
-            let weighted = view.weight * terms[i];
-            for j in 0..=i {
-                self.m[i][j] += weighted * terms[j];
-            }
-            self.right[i] -= weighted * view.residual;
-            if !is_outer {
-                own.cross[i] -= weighted;
-            }
+        for (i, (row, &term)) in self.m.iter_mut().zip(&terms).enumerate() {
+            let row = row.get_mut(..=i).unwrap_or_default();
+            add_scaled(row, view.weight * term, &terms);
+        }
+        add_scaled(&mut self.right, -view.residual, &terms.map(|term| view.weight * term));
+        if !is_outer {
+            add_scaled(&mut own.cross, -view.weight, &terms);
         }
         if !is_outer {
             own.square += view.weight;
@@ -220,23 +217,21 @@ impl ConcentricAdjustment {
         let (mut m, mut right, mut gain) = (self.m, self.right, 0.0);
         let inner = || self.own.iter().skip(1).filter(|own| own.square > 0.0);
         for own in inner() {
-            for i in 0..SHARED {
-                let share = own.cross[i] / own.square;
-                for j in 0..=i {
-                    m[i][j] -= share * own.cross[j];
-                }
-                right[i] -= share * own.right;
+            for (row, cross) in m.iter_mut().zip(&own.cross) {
+                add_scaled(row, -(cross / own.square), &own.cross);
             }
+            let shares = own.cross.map(|cross| cross / own.square);
+            add_scaled(&mut right, -own.right, &shares);
             gain += own.right * own.right / own.square;
         }
         let factor = Factor::new(&m)?;
         let step = factor.solve(right);
-        gain += step.iter().zip(&right).fold(0.0, |sum, (step, right)| sum + step * right);
+        gain += dot(&step, &right);
         let squares = (self.squares - gain).max(0.0);
         let unknowns = (SHARED + inner().count()) as u16;
         let free = self.points.checked_sub(unknowns).filter(|&free| free > 0)?;
         let sizes = self.own.iter().map(|own| {
-            let shared = own.cross.iter().zip(&step).fold(0.0, |sum, (cross, step)| sum + cross * step);
+            let shared = dot(&own.cross, &step);
             if own.square > 0.0 { (own.right - shared) / own.square } else { 0.0 }
         });
         Some(ConcentricStep {

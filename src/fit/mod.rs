@@ -20,5 +20,5 @@ pub(crate) use concentric::{Concentric, ConcentricAdjustment, ConcentricStep};
 pub(crate) use line::{Border, Line, Passage};
 pub(crate) use rough::{Rough, rough};
 pub(crate) use shape::{Frame, Shape};
-pub(crate) use solve::{Factor, Matrix};
+pub(crate) use solve::{Factor, Matrix, add_scaled, dot};
 pub(crate) use spread::Spread;

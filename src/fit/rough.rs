@@ -1,8 +1,11 @@
 //! The algebraic fit to points that are good to a fraction of a pixel, from whole numbers.
 
+use core::hint::black_box;
+
 use super::shape::Shape;
 use super::solve::{Factor, Matrix};
 use crate::fixed::{PX, fixed};
+use crate::list::rolled;
 
 /// Number of monomials up to the fourth order.
 const MONOMIALS: usize = 15;
@@ -21,6 +24,7 @@ impl Rough {
     pub const BITS: u32 = 12;
 
     /// Adds a point.
+    #[inline(never)]
     pub fn add(&mut self, x: i32, y: i32) {
         let (xx, xy, yy) = (x * x, x * y, y * y);
         let product = |a: i32, b: i32| i64::from(a) * i64::from(b);
@@ -46,19 +50,27 @@ impl Rough {
         }
     }
 
-    /// With all points of `other`.
-    pub fn with(&self, other: &Self) -> Self {
-        Self { sums: core::array::from_fn(|i| self.sums[i] + other.sums[i]) }
+    /// Adds all points of `other`, ...
+    pub fn join(&mut self, other: &Self) {
+        self.add_each(other, 1);
     }
 
-    /// Without those of `other`, which are among its own.
-    pub fn without(&self, other: &Self) -> Self {
-        Self { sums: core::array::from_fn(|i| self.sums[i] - other.sums[i]) }
+    /// ... or takes them away, which are among its own.
+    pub fn remove(&mut self, other: &Self) {
+        self.add_each(other, -1);
     }
 
-    /// The mean of the points; `None` if there are none.
-    pub fn mean(&self) -> Option<(i32, i32)> {
-        let [n, x, y, ..] = self.sums.map(|sum| sum as i32);
+    #[inline(never)]
+    fn add_each(&mut self, other: &Self, sign: i64) {
+        // What the compiler cannot count it does not unroll.
+        for (sum, other) in rolled(black_box(&mut self.sums[..]).iter_mut().zip(&other.sums)) {
+            *sum += if sign < 0 { -other } else { *other };
+        }
+    }
+
+    /// The mean of the points without those of `other`; `None` if there are none.
+    pub fn mean_without(&self, other: &Self) -> Option<(i32, i32)> {
+        let [n, x, y] = [0, 1, 2].map(|i| (self.sums[i] - other.sums[i]) as i32);
         Some((x.checked_div(n)?, y.checked_div(n)?))
     }
 
@@ -128,9 +140,13 @@ mod tests {
             let (sin, cos) = libm::sincosf(i as f32 * 0.09);
             let mut part = Rough::default();
             part.add(grid(0.1 + 0.8 * cos - 0.1 * sin), grid(-0.2 + 0.1 * cos + 0.5 * sin));
-            arc = arc.with(&part);
+            arc.join(&part);
         }
-        assert_eq!(arc.with(&arc).without(&arc).sums, arc.sums);
+        let mut same = arc;
+        same.join(&arc);
+        assert_ne!(same.sums, arc.sums);
+        same.remove(&arc);
+        assert_eq!(same.sums, arc.sums);
         let shape = arc.fit().unwrap();
         assert!((shape.cx - 0.1).abs() < 1e-3 && (shape.cy + 0.2).abs() < 1e-3, "{shape:?}");
         arc.add(4096, 4096);

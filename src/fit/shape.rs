@@ -132,6 +132,7 @@ pub(crate) struct Frame {
 
 impl Frame {
     /// `None` if `shape` is no ellipse.
+    #[inline(never)]
     pub fn new(shape: &Shape) -> Option<Self> {
         let l0 = math::sqrt(shape.axx);
         let l1 = shape.axy / l0;
@@ -155,6 +156,7 @@ impl Frame {
 
     /// The ellipse `shape`, whose frame this is, after adding the terms (u^2 - v^2, 2 u v, u^2 + v^2, u, v) times `step` to its
     /// conic.
+    #[inline(never)]
     pub fn moved(&self, shape: &Shape, &[a, b, c, d, e]: &[f32; 5]) -> Option<Shape> {
         let (kxx, kxy, kyy) = (1.0 + c + a, b, 1.0 + c - a);
         let det = kxx * kyy - kxy * kxy;
@@ -187,6 +189,7 @@ impl Frame {
     }
 
     /// The covariance in the image of a place, from that in the frame.
+    #[inline(never)]
     pub fn point_covariance(&self, uu: f32, uv: f32, vv: f32) -> Covariance {
         let Self { l0, l1, l2 } = *self;
         let k = l1 / (l0 * l2);

@@ -14,8 +14,13 @@ pub(crate) struct Factor<const N: usize> {
 impl<const N: usize> Factor<N> {
     /// `None` if the matrix is not positive definite to the precision of f32.
     pub fn new(m: &Matrix<N>) -> Option<Self> {
-        let mut l = [[0.0; N]; N];
-        let mut d = [0.0; N];
+        let mut factor = Self { l: [[0.0; N]; N], d: [0.0; N] };
+        factor.decompose(m).then_some(factor)
+    }
+
+    #[inline(never)]
+    fn decompose(&mut self, m: &Matrix<N>) -> bool {
+        let Self { l, d } = self;
         for j in 0..N {
             let mut pivot = m[j][j];
             for k in 0..j {
@@ -23,7 +28,7 @@ impl<const N: usize> Factor<N> {
             }
             // Also refuses NaN. What is left of the diagonal after cancellation must be more than rounding.
             if !(pivot > m[j][j] * 4.0 * f32::EPSILON) {
-                return None;
+                return false;
             }
             d[j] = pivot;
             l[j][j] = 1.0;
@@ -35,7 +40,7 @@ impl<const N: usize> Factor<N> {
                 l[i][j] = sum / pivot;
             }
         }
-        Some(Self { l, d })
+        true
     }
 
     /// The solution of the system with this right-hand side.
@@ -45,6 +50,12 @@ impl<const N: usize> Factor<N> {
 
     /// The solution of the system of the first `count` unknowns alone; the others stay as they are in `b`.
     pub fn solve_first(&self, mut b: [f32; N], count: usize) -> [f32; N] {
+        self.substitute(&mut b, count);
+        b
+    }
+
+    #[inline(never)]
+    fn substitute(&self, b: &mut [f32; N], count: usize) {
         let count = count.min(N);
         for i in 0..count {
             for k in 0..i {
@@ -59,7 +70,20 @@ impl<const N: usize> Factor<N> {
                 b[i] -= self.l[k][i] * b[k];
             }
         }
-        b
+    }
+}
+
+/// Sum of the products.
+#[inline(never)]
+pub(crate) fn dot(a: &[f32], b: &[f32]) -> f32 {
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
+}
+
+/// Adds `factor` times the terms to as many entries of a row.
+#[inline(never)]
+pub(crate) fn add_scaled(row: &mut [f32], factor: f32, terms: &[f32]) {
+    for (entry, term) in row.iter_mut().zip(terms) {
+        *entry += factor * term;
     }
 }
 

@@ -1,5 +1,6 @@
 //! A standard deviation that outliers hardly move.
 
+use crate::list::rolled;
 use crate::math;
 
 /// Squares are told apart to half an octave, so the deviation to a quarter, from 2^-20 ...
@@ -63,7 +64,7 @@ impl Spread {
             below += u32::from(count);
             2 * below < self.count
         };
-        let bin = self.bins.iter().take_while(lower_half).count() as u32;
+        let bin = rolled(&self.bins).take_while(lower_half).count() as u32;
         math::sqrt(TO_VARIANCE * f32::from_bits((bin + 1 + LOWEST) << BELOW))
     }
 }

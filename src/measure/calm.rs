@@ -2,7 +2,7 @@
 
 use super::ellipse::{Fitted, FittedList, Source, judge};
 use super::origin::Origin;
-use super::sectors::{Marks, SectorLight};
+use super::sectors::{SectorLight, Sectors};
 use super::{Light, check_contrast};
 use crate::edge::{Blur, Edges, Levels, Lines, Point, Survey};
 use crate::fit::{Adjusted, Adjustment, FIELD, Frame, TERMS};
@@ -78,7 +78,7 @@ struct Points {
     terms: [i32; TERMS],
     bent: (i32, i32),
     light: SectorLight,
-    seen: Marks,
+    seen: Sectors,
     /// Sum of the distances from the outline's ellipse, and the least and the largest, [`PX`].
     sum: i32,
     ends: (i32, i32),
@@ -127,7 +127,7 @@ fn track(
         terms: [0; TERMS],
         bent: (0, 0),
         light: SectorLight::new(minor),
-        seen: Marks::default(),
+        seen: Sectors::NONE,
         sum: 0,
         ends: (0, 0),
     };
@@ -138,7 +138,7 @@ fn track(
         }
     })?;
     let (even, light) = points.light.judged((noise, noise));
-    let whole = points.seen.sectors().without_ends(minor);
+    let whole = points.seen.without_ends(minor);
     let (adjusted, step, further) = points.adjustment.finish_with(&points.fields())?;
     let explained = Light::edge_variance(1.0, noise, blur.sigma);
     let mean = points.sum as f32 / f32::from(adjusted.points);
@@ -147,8 +147,8 @@ fn track(
     let [p, q, size, x, y] = step;
     let off = 0.5 * major * (math::sqrt(p * p + q * q) + math::sqrt(x * x + y * y))
         + 0.5 * (major - minor) * size.abs();
-    let undisturbed = even.0 == u128::MAX
-        && whole.0 == u128::MAX
+    let undisturbed = even == Sectors::ALL
+        && whole == Sectors::ALL
         && mean.abs() < NEAR * PX as f32
         && farthest <= FARTHEST * adjusted.rms + off
         && adjusted.rms * adjusted.rms <= EXPLAINED * explained + UNEXPLAINED;

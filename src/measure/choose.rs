@@ -1,11 +1,11 @@
 //! Which of a candidate's edges make a target.
 
 use super::combine::{combine, measured_perspective};
-use super::ellipse::{Fitted, FittedList};
+use super::ellipse::{Fitted, FittedList, push};
 use crate::candidate::Offset;
 use crate::centre::Pencil;
 use crate::fit::{Adjusted, Frame};
-use crate::list::list;
+use crate::list::rolled;
 use crate::math;
 use crate::reject::Reject;
 use crate::settings::{Polarity, Settings, limits};
@@ -18,18 +18,20 @@ pub(super) fn choose(fitted: &FittedList, settings: &Settings, width: u16) -> Re
         if outer.dark_inside != (settings.spec.polarity() == Polarity::Dark) || inside.is_empty() {
             continue;
         }
-        let concentric = inside.iter().filter_map(|inner| concentric(outer, inner, width));
-        let circles = list(core::iter::once(*outer).chain(concentric));
+        let mut circles = FittedList::new();
+        let _ = push(&mut circles, outer);
+        for circle in rolled(inside).filter_map(|inner| concentric(outer, inner, width)) {
+            let _ = push(&mut circles, &circle);
+        }
         if circles.len() < 2 {
             cause = Reject::NotConcentric;
             continue;
         }
         let chosen = match settings.spec.ratios() {
             [] => {
-                let mut chosen =
-                    list(circles.iter().copied().filter(|c| c.ratio >= limits::MIN_MEASURED_RATIO));
-                drop_marks(&mut chosen);
-                Some(chosen).filter(|chosen| chosen.len() >= 2)
+                circles.retain(|circle| circle.ratio >= limits::MIN_MEASURED_RATIO);
+                drop_marks(&mut circles);
+                Some(circles).filter(|chosen| chosen.len() >= 2)
             }
             wanted => match_lines(&circles, wanted).or_else(|| match_circles(&circles, wanted)),
         };
@@ -72,16 +74,17 @@ fn ratio_tolerance(inner: &Fitted) -> f32 {
 /// than edges displaced by uneven light or the print explain. The outer circle is the first.
 fn match_circles(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
     let (outer, inside) = circles.split_first()?;
-    let mut matched = list(core::iter::once(*outer));
+    let mut matched = FittedList::new();
+    push(&mut matched, outer)?;
     for &ratio in wanted {
         let off = |circle: &&Fitted| (circle.ratio / ratio - 1.0).abs();
-        let best = inside.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let best = rolled(inside).min_by(|a, b| off(a).total_cmp(&off(b)))?;
         if off(&best) > ratio_tolerance(best) {
             return None;
         }
         let ratio =
             if off(&best) <= ratio_tolerance(best) - limits::RATIO_DISTRUST { ratio } else { best.ratio };
-        matched.push(Fitted { ratio, ..*best }).ok()?;
+        push(&mut matched, &Fitted { ratio, ..*best })?;
     }
     Some(matched)
 }
@@ -90,25 +93,32 @@ fn match_circles(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
 /// taken, with their measured ratios.
 fn match_lines(circles: &FittedList, wanted: &[f32]) -> Option<FittedList> {
     let first = circles.first()?;
-    let line = |pair: &[Fitted]| match pair {
-        [a, b] if a.dark_inside == first.dark_inside && b.dark_inside != a.dark_inside => {
-            (b.ratio > limits::LINE_RATIO * a.ratio).then_some((0.5 * (a.ratio + b.ratio), *a, *b))
-        }
-        _ => None,
-    };
+    let line = |pair| line(pair, first.dark_inside);
     let (outer, a, b) = line(circles.get(..2)?)?;
-    let mut matched = list([a, b].into_iter());
+    let mut matched = FittedList::new();
+    push(&mut matched, a)?;
+    push(&mut matched, b)?;
     for &ratio in wanted {
-        let off = |(middle, ..): &(f32, Fitted, Fitted)| (middle / (outer * ratio) - 1.0).abs();
-        let inside = circles.windows(2).skip(1).filter_map(line);
+        let off = |(middle, ..): &(f32, &Fitted, &Fitted)| (middle / (outer * ratio) - 1.0).abs();
+        let inside = rolled(circles.windows(2)).skip(1).filter_map(line);
         let best = inside.min_by(|a, b| off(a).total_cmp(&off(b)))?;
-        if off(&best) > ratio_tolerance(&best.2) {
+        if off(&best) > ratio_tolerance(best.2) {
             return None;
         }
-        matched.push(best.1).ok()?;
-        matched.push(best.2).ok()?;
+        push(&mut matched, best.1)?;
+        push(&mut matched, best.2)?;
     }
     Some(matched)
+}
+
+/// The middle of the line whose sides two circles can be, in units of the outer circle, and these.
+fn line(pair: &[Fitted], dark_inside: bool) -> Option<(f32, &Fitted, &Fitted)> {
+    match pair {
+        [a, b] if a.dark_inside == dark_inside && b.dark_inside != a.dark_inside => {
+            (b.ratio > limits::LINE_RATIO * a.ratio).then_some((0.5 * (a.ratio + b.ratio), a, b))
+        }
+        _ => None,
+    }
 }
 
 /// A mark in the middle can be round without being concentric: the innermost of three or more circles goes while it does
@@ -119,7 +129,7 @@ fn drop_marks(circles: &mut FittedList) {
         if mark_offset(circles, &innermost)
             .is_some_and(|(offset, sigma)| offset <= limits::MARK_SIGMAS * sigma + limits::MARK_OFFSET)
         {
-            let _ = circles.push(innermost);
+            let _ = push(circles, &innermost);
             return;
         }
     }

@@ -1,8 +1,11 @@
 //! Fitted ellipses to a centre with its covariance: the forms of [`crate::centre`] applied.
 
+use core::hint::black_box;
+
 use super::ellipse::{Fitted, FittedList};
 use crate::centre::{Significance, Weights, mean, perspective, weights};
 use crate::fit::Adjusted;
+use crate::list::rolled;
 use crate::target::{Covariance, MAX_CIRCLES};
 use heapless::Vec;
 
@@ -31,10 +34,11 @@ impl Centre {
 
     /// Where the line through this centre and the ellipse centres puts that of the circle with `ratio`: B = C + K g, with K
     /// by least squares.
+    #[inline(never)]
     pub fn at(&self, ratio: f32, t: f32, circles: &FittedList) -> (f32, f32) {
         let g = |ratio: f32| ratio * ratio / (1.0 - t * ratio * ratio);
         let (mut kx, mut ky, mut norm) = (0.0, 0.0, 0.0);
-        for circle in circles {
+        for circle in rolled(circles) {
             let weight = g(circle.ratio) / variance(circle);
             kx += weight * (circle.adjusted.shape.cx - self.x);
             ky += weight * (circle.adjusted.shape.cy - self.y);
@@ -45,9 +49,10 @@ impl Centre {
 
     /// Mean square of the ellipse centres' distances from the line in units of their variance, where it is above 1: three
     /// or more circles show errors that the residuals of each alone do not.
+    #[inline(never)]
     fn misfit(&self, circles: &FittedList, t: f32) -> f32 {
         let Some(free) = circles.len().checked_sub(2).filter(|&free| free > 0) else { return 1.0 };
-        let squares = circles.iter().fold(0.0, |sum, circle| {
+        let squares = rolled(circles).fold(0.0, |sum, circle| {
             let (x, y) = self.at(circle.ratio, t, circles);
             let (dx, dy) = (circle.adjusted.shape.cx - x, circle.adjusted.shape.cy - y);
             sum + (dx * dx + dy * dy) / variance(circle)
@@ -63,6 +68,7 @@ impl Centre {
 }
 
 /// The true centre from the ellipse centres; `t` is the perspective, 0 for eq. (7).
+#[inline(never)]
 pub(super) fn combine(circles: &FittedList, t: f32) -> Option<Centre> {
     let mut centre = sum(circles, &true_weights(circles, t)?)?;
     centre.scale(centre.misfit(circles, t));
@@ -75,7 +81,7 @@ pub(super) fn significant(circles: &FittedList, t: f32, plane: f32) -> Option<(C
     let exact = true_weights(circles, t)?;
     let plain = mean(circles.iter().map(variance))?;
     let mut difference = plain.clone();
-    for (difference, exact) in difference.iter_mut().zip(&exact) {
+    for (difference, exact) in rolled(difference.iter_mut().zip(&exact)) {
         *difference = exact - *difference;
     }
     let excess = sum(circles, &exact)?.misfit(circles, t);
@@ -92,7 +98,7 @@ pub(super) fn significant(circles: &FittedList, t: f32, plane: f32) -> Option<(C
     let Significance { share, unsure } =
         Significance::new((to.x - from.x, to.y - from.y), correction, mean.0 + mean.2, outer.xx + outer.yy);
     let mut weights = plain;
-    for (weight, difference) in weights.iter_mut().zip(&difference) {
+    for (weight, difference) in rolled(weights.iter_mut().zip(&difference)) {
         *weight += share * difference;
     }
     let (mut centre, _) = total(&weights)?;
@@ -102,19 +108,22 @@ pub(super) fn significant(circles: &FittedList, t: f32, plane: f32) -> Option<(C
     Some((centre, share))
 }
 
+#[inline(never)]
 fn true_weights(circles: &FittedList, t: f32) -> Option<Weights<f32>> {
     let mut inputs = Vec::<(f32, f32), MAX_CIRCLES>::new();
-    for circle in circles {
+    for circle in rolled(circles) {
         inputs.push((circle.ratio, variance(circle))).ok()?;
     }
-    weights(&inputs, t)
+    // A length that the compiler does not know: it would unroll all loops over up to eight circles.
+    weights(black_box(&inputs), t)
 }
 
 /// The weighted sum of the ellipse centres about the outer one: a place where the weights sum to 1.
+#[inline(never)]
 fn sum(circles: &FittedList, weights: &Weights<f32>) -> Option<Centre> {
     let outer = circles.first()?.adjusted.shape;
     let mut centre = Centre { x: outer.cx, y: outer.cy, covariance: Covariance::default(), swing: 0.0 };
-    for (weight, circle) in weights.iter().zip(circles) {
+    for (weight, circle) in rolled(weights.iter().zip(circles)) {
         let Adjusted { shape, covariance, .. } = circle.adjusted;
         // Only differences of centres count, which keeps the digits of small ones.
         centre.x += weight * (shape.cx - outer.cx);
@@ -140,6 +149,7 @@ pub(super) fn swing(circle: &Fitted) -> f32 {
 }
 
 /// t of [`crate::centre::perspective`] from the outer and the innermost circle.
+#[inline(never)]
 pub(super) fn measured_perspective(circles: &FittedList) -> Option<f32> {
     let (outer, inner) = (circles.first()?.adjusted.shape, circles.last()?);
     let small = inner.adjusted.shape;

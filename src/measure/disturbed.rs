@@ -4,7 +4,7 @@
 
 use super::calm::calm;
 use super::choose::choose;
-use super::ellipse::{Fitted, FittedList, Source, fit};
+use super::ellipse::{Fitted, FittedList, Source, fit, push};
 use super::origin::Origin;
 use super::together::together;
 use super::{Forms, Light, assemble, check_contrast, target};
@@ -150,7 +150,7 @@ fn fit_all(source: &Source<'_, '_>, fitted: &mut FittedList) -> Result<(), Rejec
     for k in 0..source.edges.len() {
         match fit(source, k) {
             Ok(fit) => {
-                let _ = fitted.push(fit);
+                let _ = push(fitted, &fit);
             }
             Err(reject) => cause = reject,
         }

@@ -2,7 +2,7 @@
 
 use super::Light;
 use super::origin::Origin;
-use super::sectors::{Marks, PARTS, PLACES, SectorLight, Sectors, sector_of};
+use super::sectors::{PARTS, PLACES, SectorLight, Sectors, sector_of};
 use crate::abilities::ARCS;
 use crate::arcs;
 use crate::edge::Edge;
@@ -60,6 +60,13 @@ impl Fitted {
 
 pub(crate) type FittedList = Vec<Fitted, MAX_CIRCLES>;
 
+/// Adds a circle. `None` if there are too many.
+// Not inlined: a circle is a hundred and fifty bytes that are copied one by one.
+#[inline(never)]
+pub(super) fn push(circles: &mut FittedList, circle: &Fitted) -> Option<()> {
+    circles.push(*circle).ok()
+}
+
 /// Where the edge points come from.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a, 'p> {
@@ -86,6 +93,7 @@ impl<'a, 'p> Source<'a, 'p> {
 
     /// Factor on the covariance of an ellipse through so many points because their residuals are not independent. What the noise does
     /// not explain moves the points of a place all together, and so does the light beside the edge, of which `light` is the variance.
+    #[inline(never)]
     pub fn excess(&self, points: u16, rms: f32, light: f32) -> f32 {
         let square = (rms * rms).max(f32::MIN_POSITIVE);
         let (explained, moved) = (EXPLAINED * self.calm, LIGHT_MOVES * self.blur);
@@ -117,26 +125,26 @@ impl<'a, 'p> Source<'a, 'p> {
 
 /// Fits the ellipse of edge `k`.
 pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
-    let &Source { origin, noise, .. } = source;
+    let noise = source.noise;
     let edge = source.edges.get(k).ok_or(Reject::Alone)?;
     if ARCS && edge.partial {
         return fit_arcs(source, k, edge);
     }
     let points = || source.points(k);
-    let start = start(edge, points(), origin)?;
+    let start = start(source, k, edge)?;
     let minor = start.semi_axes().1;
     let mut light = SectorLight::new(minor);
     let mut gate = Gate::OPEN;
     let mut step = adjust(start, points(), &gate, Some(&mut light))?;
     let (even, light) = light.judged((noise, source.calm));
-    if even.0 != u128::MAX {
+    if even != Sectors::ALL {
         gate = Gate { sectors: even, even, ..gate };
         step = adjust(start, points(), &gate, None)?;
     }
     for _ in 1..PASSES {
         let limit = fixed(limits::OUTLIER * step.sigma, PX);
         let next = Gate { limit, sectors: step.near.without_ends(minor), even };
-        if step.farthest <= next.limit && gate.sectors.0 & !next.sectors.0 == 0 {
+        if step.farthest <= next.limit && gate.sectors.without(&next.sectors) == Sectors::NONE {
             break;
         }
         gate = next;
@@ -151,6 +159,7 @@ pub(super) fn fit(source: &Source<'_, '_>, k: usize) -> Result<Fitted, Reject> {
 }
 
 /// Whether what is seen of an ellipse makes it one. The noise explains a variance of `explained` px^2 of its points.
+#[inline(never)]
 pub(super) fn judge(adjusted: &Adjusted, gap: u32, together: bool, explained: f32) -> Result<(), Reject> {
     if gap > if together { limits::MAX_GAP_TOGETHER } else { limits::MAX_GAP } {
         return Err(Reject::OpenOutline);
@@ -172,7 +181,7 @@ pub(super) fn judge(adjusted: &Adjusted, gap: u32, together: bool, explained: f3
 /// A first ellipse of an edge of which only arcs are seen: that of [`rough`](super::together::rough), unless a lens bends it. What is
 /// seen of it is judged when it is fitted together with others.
 fn fit_arcs(source: &Source<'_, '_>, k: usize, edge: &Edge) -> Result<Fitted, Reject> {
-    let start = start(edge, source.points(k), source.origin)?;
+    let start = start(source, k, edge)?;
     let mut adjusted = adjust(start, source.points(k), &Gate::OPEN, None)?.adjusted;
     adjusted.shape = start;
     let Edge { dark_inside, partial, cut, .. } = *edge;
@@ -203,22 +212,20 @@ fn edge_point(crossing: &Crossing, origin: (u16, u16)) -> Option<((i32, i32), i8
 
 /// The algebraic fit; where arcs are missing that would shrink the ellipse, and the search has given a better one of what is
 /// seen.
-fn start(
-    edge: &Edge,
-    points: impl Iterator<Item = ((i32, i32), i8)>,
-    origin: &Origin,
-) -> Result<Shape, Reject> {
+#[inline(never)]
+fn start(source: &Source<'_, '_>, k: usize, edge: &Edge) -> Result<Shape, Reject> {
     /// Room for points that are off, and for what a lens moves them.
     const ROOM: (f32, f32) = (1.2, 4.0);
     let shape = &edge.shape;
-    if ARCS && edge.partial && origin.lens().is_none() {
+    if ARCS && edge.partial && source.origin.lens().is_none() {
         return Ok(*shape);
     }
     let extent = shape.cx.abs().max(shape.cy.abs()) + shape.semi_axes().0;
-    rough(points.map(|(place, _)| place), ROOM.0 * extent + ROOM.1).ok_or(Reject::NotElliptic)
+    rough(source.points(k).map(|(place, _)| place), ROOM.0 * extent + ROOM.1).ok_or(Reject::NotElliptic)
 }
 
 /// What [`SectorLight`] tells around an ellipse.
+#[inline(never)]
 pub(super) fn even_sectors(source: &Source<'_, '_>, k: usize, shape: &Shape) -> Option<(Sectors, f32)> {
     let adjustment = Adjustment::new(*shape)?;
     let mut light = SectorLight::new(shape.semi_axes().1);
@@ -242,7 +249,7 @@ struct Gate {
 
 impl Gate {
     /// All of them.
-    const OPEN: Self = Self { limit: i32::MAX, sectors: Sectors(u128::MAX), even: Sectors(u128::MAX) };
+    const OPEN: Self = Self { limit: i32::MAX, sectors: Sectors::ALL, even: Sectors::ALL };
 }
 
 /// An adjustment with what else the points tell.
@@ -267,8 +274,7 @@ fn adjust(
     mut light: Option<&mut SectorLight>,
 ) -> Result<Step, Reject> {
     let mut adjustment = Adjustment::new(shape).ok_or(Reject::NotElliptic)?;
-    let (even, used) = (Marks::from(gate.even), Marks::from(gate.sectors));
-    let (mut seen, mut near) = (Marks::default(), Marks::default());
+    let (mut seen, mut near) = (Sectors::NONE, Sectors::NONE);
     let mut spread = Spread::default();
     let mut farthest = 0;
     let farthest_near = gate.limit.max(fixed(NEAR, PX));
@@ -282,13 +288,13 @@ fn adjust(
         if let Some(light) = &mut light {
             light.add(sector, excess);
         }
-        if !even.has(sector) {
+        if !gate.even.has(sector) {
             continue;
         }
         near.mark(sector);
         if distance <= gate.limit {
             seen.mark(sector);
-            if used.has(sector) {
+            if gate.sectors.has(sector) {
                 adjustment.add(&point);
                 farthest = farthest.max(distance);
                 spread.add_fixed(distance, PX.ilog2());
@@ -296,7 +302,6 @@ fn adjust(
         }
     }
     let adjusted = adjustment.finish().ok_or(Reject::NotElliptic)?;
-    let (seen, near) = (seen.sectors(), near.sectors());
     Ok(Step { adjusted, seen, near, farthest, sigma: spread.sigma() })
 }
 

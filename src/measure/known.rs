@@ -9,7 +9,7 @@ use super::combine::{Centre, swing};
 use super::ellipse::{Fitted, FittedList};
 use crate::camera::Local;
 use crate::centre::{Misfit, Sight};
-use crate::fit::{Factor, Frame, Matrix, Shape};
+use crate::fit::{Factor, Frame, Matrix, Shape, dot};
 use crate::math;
 use crate::settings::limits;
 use crate::target::Covariance;
@@ -288,10 +288,6 @@ impl Normal {
         self.squares += dot(&weights.solve(residual), &residual);
         Some(())
     }
-}
-
-fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
-    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
 #[cfg(test)]

@@ -99,6 +99,7 @@ impl Origin {
     }
 
     /// Where the image shows `(x, y)`.
+    #[inline(never)]
     pub fn position(&self, x: f32, y: f32) -> Position {
         let (x, y) = self.seen((x, y));
         Position::from_origin(i32::from(self.pixel.0), i32::from(self.pixel.1), x, y)

@@ -1,6 +1,7 @@
 //! Where around an ellipse there are edge points, how far from it they are there, and in what light.
 
 use crate::fixed::{Inverse, sector};
+use crate::list::rolled;
 use crate::math;
 use crate::settings::limits;
 
@@ -14,57 +15,16 @@ const GAP: f32 = 5.0;
 /// What hides a part of the edge reaches so far beyond its own border in the profiles, px: blur, and samples beside the edge.
 const BORDER: f32 = 1.4;
 
-/// Sectors of an ellipse, one bit each.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Sectors(pub u128);
+/// Sectors of an ellipse, one bit each, in words: small processors have no longer ones.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Sectors([u32; WORDS]);
+
+const WORDS: usize = (SECTORS / u32::BITS) as usize;
 
 impl Sectors {
-    /// The same without short gaps, of an ellipse with this semi-minor axis, px.
-    #[inline(never)]
-    pub fn closed(self, minor: f32) -> Self {
-        let steps = steps(0.5 * GAP, minor);
-        let mut sectors = self;
-        for _ in 0..steps {
-            sectors = sectors.grown();
-        }
-        for _ in 0..steps {
-            sectors = sectors.shrunk();
-        }
-        Self(sectors.0 | self.0)
-    }
+    pub const NONE: Self = Self([0; WORDS]);
+    pub const ALL: Self = Self([u32::MAX; WORDS]);
 
-    /// The same without what is beside the gaps.
-    pub fn without_ends(self, minor: f32) -> Self {
-        (0..steps(BORDER, minor)).fold(self.closed(minor), |sectors, _| sectors.shrunk())
-    }
-
-    /// With the sectors before and after.
-    fn grown(self) -> Self {
-        Self(self.0 | self.0.rotate_left(1) | self.0.rotate_right(1))
-    }
-
-    /// Without the first and the last ones.
-    fn shrunk(self) -> Self {
-        Self(self.0 & self.0.rotate_left(1) & self.0.rotate_right(1))
-    }
-
-    /// Longest gap, in 32nds of a turn, rounded up.
-    pub fn longest_gap(self) -> u32 {
-        let mut empty = !self.0;
-        let mut longest = 0;
-        while empty != 0 && longest < SECTORS {
-            empty &= empty.rotate_left(1);
-            longest += 1;
-        }
-        (longest * PARTS).div_ceil(SECTORS)
-    }
-}
-
-/// [`Sectors`] that are marked and asked one by one.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Marks([u32; 4]);
-
-impl Marks {
     pub fn mark(&mut self, sector: u32) {
         if let Some(marks) = self.0.get_mut((sector / u32::BITS) as usize) {
             *marks |= 1 << (sector % u32::BITS);
@@ -75,14 +35,62 @@ impl Marks {
         self.0.get((sector / u32::BITS) as usize).is_some_and(|marks| marks >> (sector % u32::BITS) & 1 != 0)
     }
 
-    pub fn sectors(&self) -> Sectors {
-        Sectors(self.0.iter().rev().fold(0, |all, &marks| all << u32::BITS | u128::from(marks)))
+    /// Those that both have, and those that either has.
+    fn and(&self, other: &Self) -> Self {
+        Self(core::array::from_fn(|i| self.0[i] & other.0[i]))
     }
-}
 
-impl From<Sectors> for Marks {
-    fn from(Sectors(all): Sectors) -> Self {
-        Self(core::array::from_fn(|i| (all >> (i as u32 * u32::BITS)) as u32))
+    fn or(&self, other: &Self) -> Self {
+        Self(core::array::from_fn(|i| self.0[i] | other.0[i]))
+    }
+
+    /// Those that `other` does not have.
+    pub fn without(&self, other: &Self) -> Self {
+        Self(core::array::from_fn(|i| self.0[i] & !other.0[i]))
+    }
+
+    /// The same without short gaps, of an ellipse with this semi-minor axis, px.
+    #[inline(never)]
+    pub fn closed(&self, minor: f32) -> Self {
+        let steps = steps(0.5 * GAP, minor);
+        let grown = (0..steps).fold(*self, |sectors, _| sectors.grown());
+        (0..steps).fold(grown, |sectors, _| sectors.shrunk()).or(self)
+    }
+
+    /// The same without what is beside the gaps.
+    #[inline(never)]
+    pub fn without_ends(&self, minor: f32) -> Self {
+        (0..steps(BORDER, minor)).fold(self.closed(minor), |sectors, _| sectors.shrunk())
+    }
+
+    /// With the sectors before and after.
+    #[inline(never)]
+    fn grown(&self) -> Self {
+        let [a, b, c, d] = self.0;
+        let grow = |before: u32, at: u32, after: u32| at | at << 1 | before >> 31 | at >> 1 | after << 31;
+        Self([grow(d, a, b), grow(a, b, c), grow(b, c, d), grow(c, d, a)])
+    }
+
+    /// Without the first and the last ones.
+    fn shrunk(&self) -> Self {
+        Self::ALL.without(&Self::ALL.without(self).grown())
+    }
+
+    /// Longest gap, in 32nds of a turn, rounded up.
+    #[inline(never)]
+    pub fn longest_gap(&self) -> u32 {
+        let mut empty = self.0.map(|marks| !marks);
+        let mut longest = 0;
+        while empty != [0; WORDS] && longest < SECTORS {
+            let mut carry = empty[WORDS - 1];
+            for marks in &mut empty {
+                let before = *marks << 1 | carry >> (u32::BITS - 1);
+                carry = *marks;
+                *marks &= before;
+            }
+            longest += 1;
+        }
+        (longest * PARTS).div_ceil(SECTORS)
     }
 }
 
@@ -138,9 +146,9 @@ impl SectorLight {
     /// noise gives, in units of the contrast.
     fn variance(&self, sectors: Sectors, noise: f32) -> f32 {
         let mut places = [(0, 0); PLACES];
-        for (i, &(sum, count)) in (0..self.count).zip(&self.sums) {
+        for (i, &(sum, count)) in rolled((0..self.count).zip(&self.sums)) {
             let first = i << self.log;
-            if sectors.0 >> first & 1 != 0
+            if sectors.has(first)
                 && let Some((all, points)) = places.get_mut((first / (SECTORS / PLACES as u32)) as usize)
             {
                 *all += i32::from(sum);
@@ -148,7 +156,7 @@ impl SectorLight {
             }
         }
         let places = places.map(|(all, points)| (all as f32 / 256.0, points as f32));
-        let (sum, points, squares, filled) = places.iter().filter(|(_, points)| *points > 0.0).fold(
+        let (sum, points, squares, filled) = rolled(&places).filter(|(_, points)| *points > 0.0).fold(
             (0.0, 0.0, 0.0, 0.0),
             |(sum, points, squares, filled), &(more, count)| {
                 (sum + more, points + count, squares + more * more / count, filled + 1.0)
@@ -163,10 +171,11 @@ impl SectorLight {
 
     /// The sectors in which the light beside the edge is the same as around most of the circle, and the variance of the light in them
     /// from place to place, in units of the contrast. The noise is that of the samples, and the same without what disturbs them.
+    #[inline(never)]
     pub fn judged(&self, (noise, calm): (f32, f32)) -> (Sectors, f32) {
         // Where nothing disturbs the light there is nothing to sort out.
         let disturbed = f32::from(self.most) > 256.0 * (limits::UNEVEN + 3.0 * noise);
-        let even = if disturbed { self.even(noise) } else { Sectors(u128::MAX) };
+        let even = if disturbed { self.even(noise) } else { Sectors::ALL };
         (even, self.variance(even, calm))
     }
 
@@ -175,27 +184,28 @@ impl SectorLight {
         let middle = self.median().clamp(-limits::UNEVEN, limits::UNEVEN);
         // Each of the sectors here is some of those of the mask.
         let each = 1 << self.log;
-        let (mut filled, mut uneven, mut suspect) = (Sectors(0), Sectors(0), Sectors(0));
-        for (i, &(sum, count)) in self.sums.iter().enumerate().filter(|(_, (_, count))| *count > 0) {
+        let (mut filled, mut uneven, mut suspect) = (Sectors::NONE, Sectors::NONE, Sectors::NONE);
+        for (i, &(sum, count)) in rolled(self.sums.iter().enumerate()).filter(|(_, (_, count))| *count > 0) {
             let count = f32::from(count);
             // All for the sum of the sector.
             let sigma = noise * math::sqrt(0.5 * count);
             let excess = (f32::from(sum) / 256.0 - middle * count).abs();
-            let bits = (u128::MAX >> (SECTORS - each)) << (i as u32 * each % SECTORS);
-            let mark = |sectors: &mut Sectors, over: bool| sectors.0 |= if over { bits } else { 0 };
-            mark(&mut filled, true);
-            mark(&mut uneven, excess > limits::UNEVEN * count + limits::UNEVEN_SIGMAS * sigma);
-            mark(&mut suspect, excess > 0.2 * limits::UNEVEN * count + sigma);
+            let is_uneven = excess > limits::UNEVEN * count + limits::UNEVEN_SIGMAS * sigma;
+            let is_suspect = excess > 0.2 * limits::UNEVEN * count + sigma;
+            for (sectors, over) in [(&mut filled, true), (&mut uneven, is_uneven), (&mut suspect, is_suspect)]
+            {
+                rolled(0..if over { each } else { 0 }).for_each(|k| sectors.mark(i as u32 * each + k));
+            }
         }
         // Glare and shadows have no border: what is beside uneven light is judged by less.
         for _ in 0..SECTORS {
-            let grown = Sectors(uneven.0 | (uneven.grown().0 & suspect.0));
-            if grown.0 == uneven.0 {
+            let grown = uneven.or(&suspect.and(&uneven.grown()));
+            if grown == uneven {
                 break;
             }
             uneven = grown;
         }
-        Sectors(filled.0 & !uneven.0)
+        filled.without(&uneven)
     }
 
     /// The median of the filled sectors' means, to 1/256.
@@ -204,7 +214,7 @@ impl SectorLight {
         for _ in 0..7 {
             let middle = (low + high) / 2;
             let (mut below, mut filled) = (0, 0);
-            for &(sum, count) in self.sums.iter().filter(|(_, count)| *count > 0) {
+            for &(sum, count) in rolled(&self.sums).filter(|(_, count)| *count > 0) {
                 below += u32::from(i32::from(sum) < middle * i32::from(count));
                 filled += 1;
             }
@@ -216,7 +226,9 @@ impl SectorLight {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
     use super::*;
+    use std::vec::Vec;
 
     #[test]
     fn sectors_are_even_parts_of_a_turn() {
@@ -234,11 +246,18 @@ mod tests {
     }
 
     #[test]
-    fn marks_are_sectors() {
-        let mut marks = Marks::default();
-        [0, 31, 32, 100, 127].into_iter().for_each(|sector| marks.mark(sector));
-        assert_eq!(marks.sectors().0, 1 | 1 << 31 | 1 << 32 | 1 << 100 | 1 << 127);
-        let again = Marks::from(marks.sectors());
-        assert!((0..128).all(|sector| again.has(sector) == [0, 31, 32, 100, 127].contains(&sector)));
+    fn gaps_grow_and_close_around_the_turn() {
+        let mut sectors = Sectors::NONE;
+        let marked = [0, 31, 32, 100, 127];
+        marked.into_iter().for_each(|sector| sectors.mark(sector));
+        let all = |sectors: Sectors| (0..128).filter(|&sector| sectors.has(sector)).collect::<Vec<_>>();
+        assert_eq!(all(sectors), marked);
+        assert_eq!(all(sectors.grown()), [0, 1, 30, 31, 32, 33, 99, 100, 101, 126, 127]);
+        assert_eq!(all(sectors.grown().shrunk()), marked);
+        // From 33 to 99.
+        assert_eq!(sectors.longest_gap(), 67u32.div_ceil(4));
+        let mut one = Sectors::NONE;
+        one.mark(64);
+        assert_eq!((one.longest_gap(), Sectors::NONE.longest_gap(), Sectors::ALL.longest_gap()), (32, 32, 0));
     }
 }

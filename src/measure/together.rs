@@ -4,13 +4,13 @@
 //! ([`Concentric`]) takes most of that away.
 
 use super::combine::{combine, measured_perspective};
-use super::ellipse::{Fitted, FittedList, NEAR, PASSES, Source, alone, even_sectors, judge};
+use super::ellipse::{Fitted, FittedList, NEAR, PASSES, Source, alone, even_sectors, judge, push};
 use super::origin::Origin;
 use super::sectors::{Sectors, sector_of};
 use crate::edge::Edge;
 use crate::fit::{Adjusted, Concentric, ConcentricAdjustment, ConcentricStep, Shape, Spread};
 use crate::fixed::{ONE, PX, fixed};
-use crate::list::list;
+use crate::list::{list, rolled};
 use crate::math;
 use crate::reject::Reject;
 use crate::scan::Pool;
@@ -57,11 +57,11 @@ pub(super) fn rough(edges: &mut [Edge], pool: &Pool<'_>, origin: &Origin) {
     let fit = |mostly_on: bool| {
         let limit = if mostly_on { ON } else { f32::INFINITY };
         let mut fit = Fit { source: &source, family, arcs: Vec::new(), limit };
-        fit.add(reference, 1.0, (Sectors(u128::MAX), 0.0));
+        fit.add(reference, 1.0, (Sectors::ALL, 0.0));
         for (k, _) in edges.iter().enumerate().filter(|(k, edge)| edge.partial && *k != reference) {
             let size =
                 if mostly_on { middle_size(&source, k, &shape) } else { mean_size(&source, k, &shape) };
-            fit.add(k, size, (Sectors(u128::MAX), 0.0));
+            fit.add(k, size, (Sectors::ALL, 0.0));
         }
         fit.settle(false).map(|_| fit)
     };
@@ -124,9 +124,10 @@ pub(super) fn together(
         if circle.partial {
             judge(&circle.adjusted, circle.gap, true, source.edge_variance())?;
         }
-        let _ = all.push(circle);
+        let _ = push(&mut all, &circle);
         if let Some(adjusted) = alone(source, arcs.edge, shape, (fit.limit, arcs.used)) {
-            let _ = separate.push(Fitted { adjusted: adjusted.with_variance(factor), ..circle });
+            circle.adjusted = adjusted.with_variance(factor);
+            let _ = push(&mut separate, &circle);
         }
     }
     Ok(Together { circles: all, separate, covariance: step.covariance(0.0).scaled(factor) })
@@ -186,7 +187,7 @@ impl<'a, 'p> Fit<'a, 'p> {
 
     fn add(&mut self, edge: usize, ratio: f32, (even, light): (Sectors, f32)) {
         let minor = ratio * self.family.outer.semi_axes().1;
-        let none = Sectors(0);
+        let none = Sectors::NONE;
         let (used, seen, near) = (even, none, none);
         let arcs =
             Arcs { edge, ratio, size: 0.0, minor, even, light, used, seen, near, points: 0, squares: 0.0 };
@@ -215,7 +216,7 @@ impl<'a, 'p> Fit<'a, 'p> {
                     arcs.size = 0.0;
                 }
                 let used = arcs.near.without_ends(arcs.minor);
-                settled &= arcs.used.0 & !used.0 == 0;
+                settled &= arcs.used.without(&used) == Sectors::NONE;
                 arcs.used = used;
             }
             last = Some(step);
@@ -234,7 +235,7 @@ impl<'a, 'p> Fit<'a, 'p> {
         let (mut farthest, limit) = (0.0f32, self.limit);
         for arcs in &mut self.arcs {
             let member = self.family.member(arcs.ratio, arcs.size);
-            (arcs.seen, arcs.near, arcs.points, arcs.squares) = (Sectors(0), Sectors(0), 0, 0.0);
+            (arcs.seen, arcs.near, arcs.points, arcs.squares) = (Sectors::NONE, Sectors::NONE, 0, 0.0);
             let mut used = 0u16;
             adjustment.next_circle();
             for (x, y) in self.source.points(arcs.edge).map(px) {
@@ -244,12 +245,15 @@ impl<'a, 'p> Fit<'a, 'p> {
                     continue;
                 }
                 let place = (fixed(view.u, ONE), fixed(view.v, ONE));
-                let sector = (1 << sector_of(place)) & arcs.even.0;
-                arcs.near.0 |= sector;
+                let sector = sector_of(place);
+                if !arcs.even.has(sector) {
+                    continue;
+                }
+                arcs.near.mark(sector);
                 if distance <= limit {
-                    arcs.seen.0 |= sector;
-                    arcs.points += u16::from(sector != 0);
-                    if arcs.used.0 & sector != 0 {
+                    arcs.seen.mark(sector);
+                    arcs.points += 1;
+                    if arcs.used.has(sector) {
                         adjustment.add(&member, &view);
                         farthest = farthest.max(distance);
                         spread.add(distance * distance);
@@ -266,8 +270,7 @@ impl<'a, 'p> Fit<'a, 'p> {
 
     /// Largest factor on the covariance because the residuals of a circle are not independent.
     fn excess(&self, rms: f32) -> f32 {
-        self.arcs
-            .iter()
+        rolled(&self.arcs)
             .fold(1.0, |factor: f32, arcs| factor.max(self.source.excess(arcs.points, rms, arcs.light)))
     }
 }

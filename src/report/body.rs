@@ -325,15 +325,16 @@ struct Losses {
 /// [`Rejects`] as one count a cause, in the order of [`Reject::ALL`].
 mod counts {
     use super::*;
+    use crate::list::rolled;
+    use serde::ser::SerializeTuple;
 
     type Counts = [u32; Reject::ALL.len()];
 
     pub(super) fn serialize<S: Serializer>(rejected: &Rejects, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut counts = Counts::default();
-        for (place, (_, count)) in counts.iter_mut().zip(rejected.iter()) {
-            *place = count;
-        }
-        counts.serialize(serializer)
+        // As an array, but in a loop, which the compiler does not unroll.
+        let mut counts = serializer.serialize_tuple(Reject::ALL.len())?;
+        rolled(rejected.iter()).try_for_each(|(_, count)| counts.serialize_element(&count))?;
+        counts.end()
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Rejects, D::Error> {

@@ -5,12 +5,14 @@ use crate::Covariance;
 use crate::math::{round, sqrt};
 
 /// `value` in units of `1 / scale`, rounded.
+#[inline(never)]
 pub(super) fn unsigned16(value: f32, scale: f32) -> u16 {
     let scaled = value * scale;
     if scaled < f32::from(u16::MAX) { round(scaled).max(0) as u16 } else { u16::MAX }
 }
 
 /// `value` in units of `1 / scale`, rounded; at most `i32::MAX` units.
+#[inline(never)]
 pub(super) fn unsigned32(value: f32, scale: f32) -> u32 {
     round(value * scale).max(0) as u32
 }

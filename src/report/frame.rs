@@ -124,6 +124,14 @@ impl Flavor for Frame<'_> {
         Ok(())
     }
 
+    /// Not inlined: the serializer has it in every number.
+    #[inline(never)]
+    fn try_extend(&mut self, data: &[u8]) -> postcard::Result<()> {
+        self.digest.update(data);
+        data.iter().for_each(|byte| self.stuff(*byte));
+        Ok(())
+    }
+
     fn finalize(mut self) -> postcard::Result<usize> {
         for byte in self.digest.clone().finalize().to_le_bytes() {
             self.stuff(byte);

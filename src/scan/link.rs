@@ -192,6 +192,7 @@ impl<'a, 's> Linker<'a, 's> {
         }
     }
 
+    #[inline(never)]
     fn mark_cut(&mut self, label: u16) {
         if let Some(outline) = self.outlines.get_mut(label) {
             outline.cut = true;
@@ -208,6 +209,7 @@ impl<'a, 's> Linker<'a, 's> {
         }
     }
 
+    #[inline(never)]
     fn give_up(&mut self, label: u16) {
         if let Some(outline) = self.outlines.get_mut(label) {
             outline.lossy = true;
@@ -215,6 +217,7 @@ impl<'a, 's> Linker<'a, 's> {
         }
     }
 
+    #[inline(never)]
     fn free_crossings(&mut self, label: u16) {
         if let Some(outline) = self.outlines.get_mut(label) {
             self.pool.free(&mut outline.crossings);

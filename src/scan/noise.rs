@@ -1,6 +1,7 @@
 //! How far noise spreads the levels where there is no edge.
 
 use super::strips::Extremes;
+use crate::list::rolled;
 use crate::settings::limits;
 
 /// Ranges of half grey levels told apart.
@@ -29,7 +30,7 @@ impl Noise {
 
     /// Adds the first `cells` of a strip.
     pub fn add(&mut self, [low, high]: Extremes, cells: usize) {
-        for range in (high - low).to_le_bytes().into_iter().take(cells) {
+        for range in rolled((high - low).to_le_bytes().into_iter().take(cells)) {
             if let Some(count) = self.ranges.get_mut(usize::from(range)) {
                 *count += 1;
             }
@@ -64,7 +65,7 @@ impl Noise {
         let mut seen = 0;
         // Where all have wider ranges there is no noise to be seen for all the edges.
         let mut figure = self.figure;
-        for (range, &count) in self.ranges.iter().enumerate() {
+        for (range, &count) in rolled(self.ranges.iter().enumerate()) {
             if seen + count >= wanted {
                 // A range stands for those half a level below and above it.
                 let share = ((wanted - seen) << NOISE_BITS) / count.max(1);

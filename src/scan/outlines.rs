@@ -3,6 +3,7 @@
 use super::crossings::CrossingList;
 use crate::abilities::ARCS;
 use crate::fit::Shape;
+use crate::list::rolled;
 use crate::math;
 use crate::settings::limits;
 
@@ -298,6 +299,7 @@ impl<'s> Outlines<'s> {
     }
 
     /// Starts an outline with two ends at `(x, y)`. [`NONE`] when the table is full.
+    #[inline(never)]
     pub fn open(&mut self, x: u16, y: u16) -> u16 {
         let label = if self.free != NONE {
             let label = self.free;
@@ -429,9 +431,10 @@ impl<'s> Outlines<'s> {
     }
 
     /// The outline with the most crossings of those that are `wanted`.
+    #[inline(never)]
     pub fn largest(&self, wanted: impl Fn(&Outline) -> bool) -> Option<u16> {
         let used = self.slots.get(..usize::from(self.touched))?;
-        let wanted = used.iter().enumerate().filter(|(_, o)| wanted(o));
+        let wanted = rolled(used.iter().enumerate()).filter(|(_, o)| wanted(o));
         let (label, outline) = wanted.max_by_key(|(_, o)| o.crossings.len())?;
         (outline.crossings.len() > 0).then_some(label as u16)
     }

@@ -14,6 +14,7 @@ use super::kernel::{self, Line, MOST, ONES, TOP, WORDS};
 use super::noise::Noise;
 use super::rows::{BLOCK_ROWS, Rows};
 use super::runs::Budget;
+use crate::list::rolled;
 use crate::region::Regions;
 use crate::settings::Polarity;
 
@@ -131,7 +132,7 @@ impl<'s> Strips<'s> {
         self.count = usize::from(width).div_ceil(STRIP);
         (self.blocks, self.first, self.given, self.dark) = (0, END, false, DARK);
         self.targets = targets;
-        self.all_mut().fill(unknown(targets));
+        rolled(self.all_mut()).for_each(|strip| *strip = unknown(targets));
     }
 
     fn all_mut(&mut self) -> &mut [Strip] {

@@ -18,7 +18,7 @@ mod start;
 mod tests;
 mod view;
 
-use super::ellipse::{Fitted, FittedList};
+use super::ellipse::{Fitted, FittedList, push};
 use super::origin::Origin;
 use super::sectors::{PLACES, Sectors};
 use super::{Light, check_contrast};
@@ -90,6 +90,7 @@ struct Gate {
 }
 
 impl Gate {
+    #[inline(never)]
     fn new(few: bool, misfit: f32, (far, excess): (f32, f32), noise: f32) -> Self {
         let far = [1.0, 0.707, 0.5, 0.354, 0.25].map(|root| grey(far + FAR_SIGMAS * noise * root));
         Self { few, misfit: grey(misfit), excess, noise, far }
@@ -236,14 +237,14 @@ impl Steps<'_> {
     fn add_edge(&mut self, scene: &Scene<'_>, track: &Track<'_>, edge: &Edge, gate: &Gate) {
         let pass = &mut *self.pass;
         pass.arrow.next();
-        let mut seen = Sectors(0);
+        let mut seen = Sectors::NONE;
         let mut light = [(0, 0u16); PARTS];
         let mut parts = [Part::default(); PARTS];
         let stride = if gate.few { edge.stride() } else { 1 };
         for crossing in self.pool.iter(edge.crossings).step_by(stride) {
             let Some(view) = View::new(scene, track, crossing, self.origin) else { continue };
             let sector = sector(view.direction());
-            seen.0 |= 1 << sector;
+            seen.mark(sector);
             let part = sector as usize / SECTORS_OF_PART;
             let Some(samples) = view.samples() else { continue };
             if samples.misfit > gate.misfit {
@@ -362,7 +363,7 @@ fn result(model: &Model, steps: &Steps<'_>, calm: f32, circles: &mut FittedList)
             ratio: 1.0,
             measured_ratio: 1.0,
         };
-        circles.push(fitted).ok()?;
+        push(circles, &fitted)?;
     }
     let frame = model.outlines.first()?.frame;
     let plane = solved.spread(0)?.shared.map(|row| row.map(|entry| entry * solved.variance));

@@ -3,7 +3,7 @@
 use super::arrow::{Arrow, Block, RIGHT_BITS, SUM_BITS};
 use super::scene::Scene;
 use crate::appearance::{OWN, SHARED, Spread, Step};
-use crate::fit::{CENTRE_TERMS, Factor, Matrix};
+use crate::fit::{CENTRE_TERMS, Factor, Matrix, add_scaled, dot};
 use crate::fixed::{GREY, ONE};
 use crate::list::list;
 use crate::target::MAX_CIRCLES;
@@ -103,10 +103,8 @@ impl Arrow {
         let shared = factor.solve(right);
         let mut gain = dot(&shared, &all_right);
         for part in parts {
-            for j in 0..SHARED {
-                for k in 0..OWN {
-                    part.own[k] -= part.by_shared[j][k] * shared[j];
-                }
+            for (by_shared, shared) in part.by_shared.iter().zip(shared) {
+                add_scaled(&mut part.own, -shared, by_shared);
             }
             let taken = dot(&part.own, &part.right);
             gain += taken;
@@ -147,10 +145,6 @@ impl Arrow {
     pub fn squares(&self) -> f32 {
         self.squares as f32 / SQUARE_ONE
     }
-}
-
-fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
-    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
 /// The solution for an outline.
