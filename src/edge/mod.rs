@@ -36,7 +36,7 @@ pub(crate) struct Edge {
     /// Ellipse about the candidate's origin.
     pub shape: Shape,
     /// Its semi-minor axis, px.
-    minor: f32,
+    pub minor: f32,
     /// Dark inside, light outside.
     pub dark_inside: bool,
     /// Only arcs of it are seen.

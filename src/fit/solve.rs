@@ -6,36 +6,35 @@ pub(crate) type Matrix<const N: usize, T = f32> = [[T; N]; N];
 /// L D L^T of a symmetric positive definite matrix.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Factor<const N: usize> {
-    /// Unit lower triangle.
+    /// Unit lower triangle, without its diagonal.
     l: Matrix<N>,
-    d: [f32; N],
+    /// The reciprocals of D: a division costs several products.
+    inverse: [f32; N],
 }
 
 impl<const N: usize> Factor<N> {
     /// `None` if the matrix is not positive definite to the precision of f32.
     pub fn new(m: &Matrix<N>) -> Option<Self> {
         let mut l = [[0.0; N]; N];
-        let mut d = [0.0; N];
+        let mut inverse = [0.0; N];
         for j in 0..N {
-            let mut pivot = m[j][j];
+            // The row of L D.
+            let mut row = m[j];
+            let mut pivot = row[j];
             for k in 0..j {
-                pivot -= l[j][k] * l[j][k] * d[k];
+                for i in 0..k {
+                    row[k] -= row[i] * l[k][i];
+                }
+                l[j][k] = row[k] * inverse[k];
+                pivot -= row[k] * l[j][k];
             }
             // Also refuses NaN. What is left of the diagonal after cancellation must be more than rounding.
             if !(pivot > m[j][j] * 4.0 * f32::EPSILON) {
                 return None;
             }
-            d[j] = pivot;
-            l[j][j] = 1.0;
-            for i in j + 1..N {
-                let mut sum = m[i][j];
-                for k in 0..j {
-                    sum -= l[i][k] * l[j][k] * d[k];
-                }
-                l[i][j] = sum / pivot;
-            }
+            inverse[j] = 1.0 / pivot;
         }
-        Some(Self { l, d })
+        Some(Self { l, inverse })
     }
 
     /// The solution of the system with this right-hand side.
@@ -52,10 +51,36 @@ impl<const N: usize> Factor<N> {
             }
         }
         for i in 0..count {
-            b[i] /= self.d[i];
+            b[i] *= self.inverse[i];
         }
         for i in (0..count).rev() {
             for k in i + 1..count {
+                b[i] -= self.l[k][i] * b[k];
+            }
+        }
+        b
+    }
+
+    /// The first half of a solution: L^-1 b. The product of two of these, one of them [scaled](Self::scaled), is that of the one
+    /// right-hand side with the solution of the other.
+    pub fn half(&self, mut b: [f32; N]) -> [f32; N] {
+        for i in 0..N {
+            for k in 0..i {
+                b[i] -= self.l[i][k] * b[k];
+            }
+        }
+        b
+    }
+
+    /// D^-1 of the first half.
+    pub fn scaled(&self, half: &[f32; N]) -> [f32; N] {
+        core::array::from_fn(|i| self.inverse[i] * half[i])
+    }
+
+    /// The solution from its first half, scaled.
+    pub fn whole(&self, mut b: [f32; N]) -> [f32; N] {
+        for i in (0..N).rev() {
+            for k in i + 1..N {
                 b[i] -= self.l[k][i] * b[k];
             }
         }

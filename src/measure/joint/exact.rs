@@ -61,7 +61,6 @@ impl Place {
     /// Where the axis passes an outline.
     pub fn passage(&self, outline: &Outline) -> Option<fit::Passage> {
         let passage = Passage::new(&outline.shape, self.middle, &self.axes)?;
-        let (a, _) = outline.shape.semi_axes();
         let inverse = 1.0 / passage.norm;
         let share = |x: f32| fixed(x * inverse, ONE);
         let change = |x: f32| bounded(x * inverse, 1.0, BEND);
@@ -71,7 +70,7 @@ impl Place {
             cosines: (share(passage.gradient.0), share(passage.gradient.1)),
             change: (change(passage.change.0), change(passage.change.1)),
             bend: bounded(0.5 * passage.curvature(outline, &self.axes), 1.0, BEND),
-            reach: bounded(inverse / a, 1.5, ONE),
+            reach: bounded(inverse / outline.major, 1.5, ONE),
             direction: (fixed(u, ONE), fixed(v, ONE)),
         })
     }

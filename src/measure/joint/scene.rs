@@ -104,15 +104,15 @@ impl<'m> Scene<'m> {
 
     /// Whether it bends too much for a series, and for far stretches beside it to tell the levels.
     fn is_tight(&self, outline: &Outline) -> bool {
-        Saddle::is_tight(&outline.shape, self.model.blur)
+        Saddle::is_tight(outline, self.model.blur)
     }
 
     fn seen<'o>(&self, outline: &'o Outline) -> Option<Seen<'o>> {
-        let (shape, blur) = (&outline.shape, self.model.blur);
-        let saddle = if Saddle::is_tightest(shape, blur) { Saddle::new(shape, blur) } else { None };
+        let blur = self.model.blur;
+        let saddle = if Saddle::is_tightest(outline, blur) { Saddle::new(outline, blur) } else { None };
         Some(Seen {
             outline,
-            lines: Line::both(shape, &outline.frame, outline.minor)?,
+            lines: Line::both(&outline.shape, &outline.frame, outline.minor)?,
             tight: self.is_tight(outline),
             saddle,
         })

@@ -38,7 +38,7 @@ impl Block {
     fn equations(&self, scene: &Scene<'_>, k: usize, size: f32) -> Option<Equations> {
         let (model, outline) = (scene.model(), scene.outline(Some(k))?);
         let by_place = outline.inside * model.contrast() / model.blur;
-        let unit = -0.5 * outline.shape.semi_axes().0 * by_place;
+        let unit = -0.5 * outline.major * by_place;
         let square = unit * unit / SUM_ONE;
         let units = units(scene, size).map(|shared| unit / SUM_ONE * shared);
         Some(Equations {
@@ -84,12 +84,13 @@ impl Arrow {
         for (k, block) in self.blocks.iter().enumerate() {
             let equations = block.equations(scene, k, size)?;
             let factor = Factor::new(&equations.m)?;
-            let own = factor.solve(equations.right);
-            let by_shared = equations.crosses.map(|cross| factor.solve(cross));
+            let own = factor.half(equations.right);
+            let crosses = equations.crosses.map(|cross| factor.half(cross));
             for i in 0..SHARED {
-                right[i] -= dot(&equations.crosses[i], &own);
-                for j in 0..=i {
-                    rest[i][j] -= dot(&equations.crosses[i], &by_shared[j]);
+                let scaled = factor.scaled(&crosses[i]);
+                right[i] -= dot(&scaled, &own);
+                for j in i..SHARED {
+                    rest[j][i] -= dot(&crosses[j], &scaled);
                 }
             }
             // As if every crossing told as much of its place as they do on average.
@@ -97,17 +98,18 @@ impl Arrow {
             let scatter = block.residuals as f32 / (SUM_ONE * square);
             let information = equations.by_place * equations.by_place / SUM_ONE * block.information as f32;
             let (right, points) = (equations.right, block.points);
-            parts.push(Part { factor, by_shared, own, right, scatter, information, points }).ok()?;
+            parts.push(Part { factor, crosses, own, right, scatter, information, points }).ok()?;
         }
         let factor = Factor::new(&rest)?;
         let shared = factor.solve(right);
         let mut gain = dot(&shared, &all_right);
         for part in parts {
-            for j in 0..SHARED {
-                for k in 0..OWN {
-                    part.own[k] -= part.by_shared[j][k] * shared[j];
+            for (cross, shared) in part.crosses.iter().zip(shared) {
+                for (own, cross) in part.own.iter_mut().zip(cross) {
+                    *own -= cross * shared;
                 }
             }
+            part.own = part.factor.whole(part.factor.scaled(&part.own));
             let taken = dot(&part.own, &part.right);
             gain += taken;
             part.scatter = (part.scatter - taken).max(0.0);
@@ -156,8 +158,8 @@ fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
 /// The solution for an outline.
 struct Part {
     factor: Factor<OWN>,
-    /// How its terms go with what is shared, negative.
-    by_shared: [[f32; OWN]; SHARED],
+    /// Of its equations by what is shared, the first half of the solution.
+    crosses: [[f32; OWN]; SHARED],
     own: [f32; OWN],
     right: [f32; OWN],
     /// What moving each edge point by itself would take from the squares.
@@ -205,25 +207,25 @@ impl Solved {
     /// Covariances of outline `k` for a unit variance of the samples.
     pub fn spread(&self, k: usize) -> Option<Spread> {
         let (part, factor) = (self.parts.get(k)?, self.factor.as_ref()?);
-        let mut spread = Spread { own: [[0.0; 4]; 4], shared: [[0.0; 4]; 4] };
-        for (i, (term, scale)) in CENTRE_TERMS.into_iter().enumerate() {
-            let own = part.factor.solve(core::array::from_fn(|i| if i == term { scale } else { 0.0 }));
-            let moved = factor.solve(part.by_shared.map(|terms| scale * entry(&terms, term)));
-            for (j, (other, scale)) in CENTRE_TERMS.into_iter().enumerate() {
-                let shared = part
-                    .by_shared
-                    .iter()
-                    .zip(moved)
-                    .fold(0.0, |sum, (by, moved)| sum + entry(by, other) * moved);
-                spread.own[i][j] = scale * entry(&own, other);
-                spread.shared[i][j] = scale * shared;
-            }
-        }
-        Some(spread)
+        let unit = |term: usize, scale: f32| core::array::from_fn(|i| if i == term { scale } else { 0.0 });
+        let own = CENTRE_TERMS.map(|(term, scale)| part.factor.half(unit(term, scale)));
+        let moved = own.map(|half| {
+            let scaled = part.factor.scaled(&half);
+            factor.half(part.crosses.map(|cross| dot(&cross, &scaled)))
+        });
+        Some(Spread { own: products(&part.factor, &own), shared: products(factor, &moved) })
     }
 }
 
-/// Entry `i` of an outline's own terms.
-fn entry(terms: &[f32; OWN], i: usize) -> f32 {
-    terms.get(i).copied().unwrap_or(0.0)
+/// Products of right-hand sides with the solutions of each other, from the first halves of these.
+fn products<const N: usize>(factor: &Factor<N>, halves: &[[f32; N]; 4]) -> Matrix<4> {
+    let mut products = [[0.0; 4]; 4];
+    for i in 0..4 {
+        let scaled = factor.scaled(&halves[i]);
+        for j in i..4 {
+            products[i][j] = dot(&halves[j], &scaled);
+            products[j][i] = products[i][j];
+        }
+    }
+    products
 }
