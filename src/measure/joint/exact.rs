@@ -43,6 +43,18 @@ impl Place {
         Some(Self { middle, axes })
     }
 
+    /// The same with where the axis passes an outline. Not inlined, because few images are seen through a lens that is known.
+    #[inline(never)]
+    pub fn with_passage(
+        axis: Axis,
+        middle: (i32, i32),
+        origin: &Origin,
+        outline: &Outline,
+    ) -> Option<(Self, fit::Passage)> {
+        let place = Self::new(axis, middle, origin)?;
+        Some((place, place.passage(outline)?))
+    }
+
     /// The place `at` on the axis from an outline's centre, in the undistorted plane, and how much larger areas are there.
     pub fn beside_centre(&self, outline: &Outline, at: i32) -> ((f32, f32), f32) {
         let at = at as f32 / PX as f32;

@@ -1,20 +1,20 @@
 //! The step that the sums of a pass ask for: the arrow is solved block by block.
 
-use super::arrow::{Arrow, Block, RIGHT_BITS, SUM_BITS};
+use super::arrow::{Arrow, Block, Slot};
+use super::part::{OWN_BITS, RESIDUAL_BITS, RIGHT_BITS, SUM_BITS};
 use super::scene::Scene;
-use crate::appearance::{OWN, SHARED, Spread, Step};
+use crate::appearance::{OWN, SHARED, Step};
 use crate::fit::{CENTRE_TERMS, Factor, Matrix};
 use crate::fixed::{GREY, ONE};
 use crate::list::list;
-use crate::target::MAX_CIRCLES;
-use heapless::Vec;
 
 /// Grey levels of one in the units of the sums.
 const LEVELS: f32 = 256.0;
 /// What is one in the sums: of products of derivatives, of those of the terms with residuals, of those of what is shared with these,
 /// and of squared residuals.
 const SUM_ONE: f32 = (1 << SUM_BITS) as f32;
-const OWN_RIGHT_ONE: f32 = ONE as f32 * ONE as f32 * GREY as f32;
+const OWN_RIGHT_ONE: f32 = (1 << OWN_BITS) as f32;
+const RESIDUAL_ONE: f32 = (1 << RESIDUAL_BITS) as f32;
 const RIGHT_ONE: f32 = (1 << RIGHT_BITS) as f32 * ONE as f32;
 const SQUARE_ONE: f32 = (GREY * GREY) as f32;
 
@@ -50,6 +50,33 @@ impl Block {
     }
 }
 
+impl Block {
+    /// Solves them, and takes what they tell of what is shared from its equations.
+    fn solve(
+        &self,
+        equations: &Equations,
+        rest: &mut Matrix<SHARED>,
+        right: &mut [f32; SHARED],
+    ) -> Option<Solved> {
+        let factor = Factor::new(&equations.m)?;
+        let own = factor.half(equations.right);
+        let crosses = equations.crosses.map(|cross| factor.half(cross));
+        for i in 0..SHARED {
+            let scaled = factor.scaled(&crosses[i]);
+            right[i] -= dot(&scaled, &own);
+            for j in i..SHARED {
+                rest[j][i] -= dot(&crosses[j], &scaled);
+            }
+        }
+        // As if every crossing told as much of its place as they do on average.
+        let square = (self.squares as f32).max(1.0) / f32::from(self.points.max(1));
+        let scatter = SUM_ONE / RESIDUAL_ONE * self.residuals as f32 / square;
+        let information = equations.by_place * equations.by_place / SUM_ONE * self.information as f32;
+        let (right, points) = (equations.right, self.points);
+        Some(Solved { factor, crosses, own, right, scatter, information, points })
+    }
+}
+
 impl Arrow {
     /// Equations of what is shared, with what is known of it beforehand.
     fn shared_equations(&self, scene: &Scene<'_>, size: f32) -> (Matrix<SHARED>, [f32; SHARED]) {
@@ -75,49 +102,37 @@ impl Arrow {
         (m, all)
     }
 
-    /// `None` where the crossings do not determine the unknowns.
-    pub fn solve(&self, scene: &Scene<'_>, size: f32, solved: &mut Solved) -> Option<()> {
+    /// The step that they ask for. `None` where the crossings do not determine the unknowns.
+    #[inline(never)]
+    pub fn solve(&mut self, scene: &Scene<'_>, size: f32) -> Option<Step> {
         let (mut rest, all_right) = self.shared_equations(scene, size);
         let mut right = all_right;
-        let parts = &mut solved.parts;
-        parts.clear();
-        for (k, block) in self.blocks.iter().enumerate() {
-            let equations = block.equations(scene, k, size)?;
-            let factor = Factor::new(&equations.m)?;
-            let own = factor.half(equations.right);
-            let crosses = equations.crosses.map(|cross| factor.half(cross));
-            for i in 0..SHARED {
-                let scaled = factor.scaled(&crosses[i]);
-                right[i] -= dot(&scaled, &own);
-                for j in i..SHARED {
-                    rest[j][i] -= dot(&crosses[j], &scaled);
-                }
-            }
-            // As if every crossing told as much of its place as they do on average.
-            let square = (block.squares as f32).max(1.0) / f32::from(block.points.max(1));
-            let scatter = block.residuals as f32 / (SUM_ONE * square);
-            let information = equations.by_place * equations.by_place / SUM_ONE * block.information as f32;
-            let (right, points) = (equations.right, block.points);
-            parts.push(Part { factor, crosses, own, right, scatter, information, points }).ok()?;
+        for (k, slot) in self.outlines.iter_mut().enumerate() {
+            let Slot::Sums(block) = slot else { return None };
+            let solved = block.solve(&block.equations(scene, k, size)?, &mut rest, &mut right)?;
+            *slot = Slot::Solved(solved);
         }
         let factor = Factor::new(&rest)?;
         let shared = factor.solve(right);
         let mut gain = dot(&shared, &all_right);
-        for part in parts {
-            for (cross, shared) in part.crosses.iter().zip(shared) {
-                for (own, cross) in part.own.iter_mut().zip(cross) {
-                    *own -= cross * shared;
-                }
+        for slot in &mut self.outlines {
+            if let Slot::Solved(solved) = slot {
+                gain += solved.complete(&shared);
             }
-            part.own = part.factor.whole(part.factor.scaled(&part.own));
-            let taken = dot(&part.own, &part.right);
-            gain += taken;
-            part.scatter = (part.scatter - taken).max(0.0);
         }
-        let free = (self.samples - (OWN * self.blocks.len() + SHARED) as i32).max(1);
+        let free = (self.samples - (OWN * self.outlines.len() + SHARED) as i32).max(1);
         let variance = (self.squares as f32 / SQUARE_ONE - gain).max(0.0) / free as f32;
-        (solved.shared, solved.variance, solved.factor) = (shared, variance, Some(factor));
-        Some(())
+        self.solved = Some(Shared { variance, factor });
+        let own = self
+            .outlines
+            .iter()
+            .map(|slot| if let Slot::Solved(solved) = slot { solved.own } else { [0.0; OWN] });
+        Some(Step { own: list(own), shared })
+    }
+
+    /// The solution for outline `k`.
+    pub fn solution(&self, k: usize) -> Option<&Solved> {
+        if let Slot::Solved(solved) = self.outlines.get(k)? { Some(solved) } else { None }
     }
 
     /// The whole system, blocks first.
@@ -125,9 +140,10 @@ impl Arrow {
     pub fn whole<const N: usize>(&self, scene: &Scene<'_>, size: f32) -> (Matrix<N>, [f32; N]) {
         let mut m = [[0.0; N]; N];
         let mut right = [0.0; N];
-        let end = OWN * self.blocks.len();
+        let end = OWN * self.outlines.len();
         let (shared, of_shared) = self.shared_equations(scene, size);
-        for (k, block) in self.blocks.iter().enumerate() {
+        for (k, slot) in self.outlines.iter().enumerate() {
+            let Slot::Sums(block) = slot else { panic!("solved") };
             let own = block.equations(scene, k, size).unwrap();
             for i in 0..OWN {
                 right[OWN * k + i] = own.right[i];
@@ -152,11 +168,12 @@ impl Arrow {
 }
 
 fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
-    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
+    a.iter().zip(b).map(|(a, b)| a * b).reduce(|sum, product| sum + product).unwrap_or(0.0)
 }
 
 /// The solution for an outline.
-struct Part {
+#[derive(Clone, Debug)]
+pub(super) struct Solved {
     factor: Factor<OWN>,
     /// Of its equations by what is shared, the first half of the solution.
     crosses: [[f32; OWN]; SHARED],
@@ -166,54 +183,61 @@ struct Part {
     scatter: f32,
     /// Inverse variances of the edge points for a unit variance of the samples, 1/px^2, and their number.
     information: f32,
-    points: u16,
+    pub points: u16,
 }
 
-/// The solution.
-pub(super) struct Solved {
-    parts: Vec<Part, MAX_CIRCLES>,
-    shared: [f32; SHARED],
+/// That for what is shared.
+#[derive(Clone, Debug)]
+pub(super) struct Shared {
     /// Variance of a sample after the step.
     pub variance: f32,
-    factor: Option<Factor<SHARED>>,
+    factor: Factor<SHARED>,
 }
 
 impl Solved {
-    /// None yet. Not inlined, so that it is made where it stays.
-    #[inline(never)]
-    pub fn new() -> Self {
-        Self { parts: Vec::new(), shared: [0.0; SHARED], variance: 0.0, factor: None }
+    /// Completes the solution with that for what is shared. Gives what it takes from the squares.
+    fn complete(&mut self, shared: &[f32; SHARED]) -> f32 {
+        for (cross, shared) in self.crosses.iter().zip(shared) {
+            for (own, cross) in self.own.iter_mut().zip(cross) {
+                *own -= cross * shared;
+            }
+        }
+        self.own = self.factor.whole(self.factor.scaled(&self.own));
+        let taken = dot(&self.own, &self.right);
+        self.scatter = (self.scatter - taken).max(0.0);
+        taken
     }
 
-    pub fn step(&self) -> Step {
-        Step { own: list(self.parts.iter().map(|part| part.own)), shared: self.shared }
+    /// Variance of a sample that the scatter of the edge points about the ellipse tells.
+    pub fn scatter(&self) -> f32 {
+        self.scatter / (f32::from(self.points) - OWN as f32).max(1.0)
     }
 
-    /// Variance of a sample that the scatter of the edge points of outline `k` about its ellipse tells.
-    pub fn scatter(&self, k: usize) -> Option<f32> {
-        self.parts.get(k).map(|part| part.scatter / (f32::from(part.points) - OWN as f32).max(1.0))
+    /// Mean square distance of the edge points from the ellipse after the step, each with its weight, px^2.
+    pub fn mean_square(&self) -> f32 {
+        self.scatter / self.information
     }
 
-    /// Mean square distance of the edge points of outline `k` from its ellipse after the step, each with its weight, px^2.
-    pub fn mean_square(&self, k: usize) -> Option<f32> {
-        self.parts.get(k).map(|part| part.scatter / part.information)
+    /// Covariance of the stretch and centre in the ellipse's frame, for a unit variance of the samples, where what is shared is
+    /// known.
+    pub fn covariance(&self) -> Matrix<4> {
+        products(&self.factor, &self.centre())
     }
 
-    /// Edge points of outline `k`.
-    pub fn points(&self, k: usize) -> Option<u16> {
-        self.parts.get(k).map(|part| part.points)
-    }
-
-    /// Covariances of outline `k` for a unit variance of the samples.
-    pub fn spread(&self, k: usize) -> Option<Spread> {
-        let (part, factor) = (self.parts.get(k)?, self.factor.as_ref()?);
-        let unit = |term: usize, scale: f32| core::array::from_fn(|i| if i == term { scale } else { 0.0 });
-        let own = CENTRE_TERMS.map(|(term, scale)| part.factor.half(unit(term, scale)));
-        let moved = own.map(|half| {
-            let scaled = part.factor.scaled(&half);
-            factor.half(part.crosses.map(|cross| dot(&cross, &scaled)))
+    /// What it is more because that is measured too.
+    pub fn more(&self, shared: &Shared) -> Matrix<4> {
+        let moved = self.centre().map(|half| {
+            let scaled = self.factor.scaled(&half);
+            shared.factor.half(self.crosses.map(|cross| dot(&cross, &scaled)))
         });
-        Some(Spread { own: products(&part.factor, &own), shared: products(factor, &moved) })
+        products(&shared.factor, &moved)
+    }
+
+    /// First halves of the solutions for its stretch and centre.
+    fn centre(&self) -> [[f32; OWN]; 4] {
+        CENTRE_TERMS.map(|(term, scale)| {
+            self.factor.half(core::array::from_fn(|i| if i == term { scale } else { 0.0 }))
+        })
     }
 }
 
