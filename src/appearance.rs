@@ -23,8 +23,9 @@ pub(crate) const SHARED: usize = 5;
 pub(crate) struct Outline {
     pub shape: Shape,
     pub frame: Frame,
-    /// Its determinant and its semi-minor axis, px.
+    /// Its determinant and its semi-axes, px.
     pub det: f32,
+    pub major: f32,
     pub minor: f32,
     /// Change of lightness from outside to inside, +1 or -1.
     pub inside: f32,
@@ -33,7 +34,8 @@ pub(crate) struct Outline {
 impl Outline {
     pub fn new(shape: Shape, inside: f32) -> Option<Self> {
         let frame = Frame::new(&shape)?;
-        Some(Self { shape, frame, det: shape.det(), minor: shape.semi_axes().1, inside })
+        let (major, minor) = shape.semi_axes();
+        Some(Self { shape, frame, det: shape.det(), major, minor, inside })
     }
 }
 
@@ -85,7 +87,7 @@ impl Model {
         let mut farthest = 0.0f32;
         for (outline, step) in self.outlines.iter_mut().zip(&step.own) {
             let largest = step.iter().fold(0.0f32, |largest, term| largest.max(term.abs()));
-            farthest = farthest.max(0.5 * largest * outline.shape.semi_axes().0);
+            farthest = farthest.max(0.5 * largest * outline.major);
             *outline = Outline::new(outline.frame.moved(&outline.shape, step)?, outline.inside)?;
         }
         let [dark, bright, gx, gy, blur] = step.shared;

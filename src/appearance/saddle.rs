@@ -8,7 +8,7 @@
 //! Biometrika 86), in the form of Barndorff-Nielsen 1986, "Inference on full or partial parameters based on the standardized
 //! signed log likelihood ratio", Biometrika 73.
 
-use crate::fit::Shape;
+use super::Outline;
 use crate::math;
 
 /// Radius of curvature at the ends of the major axis, px, and standard deviations of the blur, from which on distance and curvature
@@ -35,23 +35,21 @@ pub(crate) struct Saddle {
 
 impl Saddle {
     /// Whether distance and curvature do not tell enough.
-    pub fn is_tight(shape: &Shape, blur: f32) -> bool {
-        let (a, b) = shape.semi_axes();
-        b * b < a * TIGHT.0.max(TIGHT.1 * blur)
+    pub fn is_tight(&Outline { major, minor, .. }: &Outline, blur: f32) -> bool {
+        minor * minor < major * TIGHT.0.max(TIGHT.1 * blur)
     }
 
     /// The same for those that cannot afford it where little is gained.
-    pub fn is_tightest(shape: &Shape, blur: f32) -> bool {
-        let (a, b) = shape.semi_axes();
-        b * b < a * TIGHTEST * blur
+    pub fn is_tightest(&Outline { major, minor, .. }: &Outline, blur: f32) -> bool {
+        minor * minor < major * TIGHTEST * blur
     }
 
     /// `None` where distance and curvature tell enough.
-    pub fn new(shape: &Shape, blur: f32) -> Option<Self> {
-        if !Self::is_tight(shape, blur) {
+    pub fn new(outline: &Outline, blur: f32) -> Option<Self> {
+        if !Self::is_tight(outline, blur) {
             return None;
         }
-        let (a, b) = shape.semi_axes();
+        let &Outline { shape, major: a, minor: b, .. } = outline;
         let (major, minor) = (1.0 / (a * a), 1.0 / (b * b));
         // Of the two forms of the eigenvector the one that keeps its digits.
         let (x, y) = if shape.axx >= shape.ayy {
@@ -113,6 +111,7 @@ fn saddlepoint(places: [f32; 2], noise: [f32; 2], ratio: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::edge::normal;
+    use crate::fit::Shape;
 
     /// What a place along and across the major axis has of the inside of a blurred ellipse: chords, summed up.
     fn share(a: f64, b: f64, blur: f64, (x, y): (f64, f64)) -> f64 {
@@ -142,7 +141,7 @@ mod tests {
                     p * s * s + q * c * c,
                 )
                 .unwrap();
-                let Some(saddle) = Saddle::new(&shape, blur) else { continue };
+                let Some(saddle) = Saddle::new(&Outline::new(shape, 1.0).unwrap(), blur) else { continue };
                 for i in 0..400 {
                     let (x, y) = ((i % 20) as f32 * 0.05 * (a + 4.0), (i / 20) as f32 * 0.05 * (b + 4.0));
                     let want = share(f64::from(a), f64::from(b), f64::from(blur), (x.into(), y.into()));

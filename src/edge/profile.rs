@@ -44,45 +44,48 @@ const SHARE_BITS: u32 = 14;
 const DEVIATION_BITS: u32 = 12;
 /// Bits of a standard deviation from an entry of [`TABLE`] to the next, 1/32.
 const STEP_BITS: u32 = 7;
-/// Entries, more than reach to [`REACH`].
-const ENTRIES: usize = 128;
+/// Where the table ends on either side, standard deviations: a power of two beyond [`REACH`].
+const TABLE_END: i32 = 4 << DEVIATION_BITS;
+const ENTRIES: usize = ((2 * TABLE_END as usize) >> STEP_BITS) + 1;
 
-/// Share beyond one half, and density, every 1/32 standard deviation from 0 on.
-static TABLE: [(i16, i16); ENTRIES] = table();
+/// Share and density every 1/32 standard deviation from -4 to 4, with room for the one after the last.
+static TABLE: [(i16, i16); ENTRIES + 1] = table();
 
-const fn table() -> [(i16, i16); ENTRIES] {
+const fn table() -> [(i16, i16); ENTRIES + 1] {
     let one = (1 << SHARE_BITS) as f32;
-    let mut table = [(0, 0); ENTRIES];
+    let mut table = [(0, 0); ENTRIES + 1];
     let mut i = 0;
-    while i < ENTRIES {
-        let z = (i << STEP_BITS) as f32 / (1 << DEVIATION_BITS) as f32;
-        let z = if z < REACH { z } else { REACH };
-        let square = z * z;
-        let share = z * polynomial(&SHARE, square) * one + 0.5;
-        table[i] = (share as i16, (polynomial(&DENSITY, square) * one + 0.5) as i16);
+    while i <= ENTRIES {
+        let z = ((i << STEP_BITS) as i32 - TABLE_END) as f32 / (1 << DEVIATION_BITS) as f32;
+        let bounded = if z > REACH {
+            REACH
+        } else if z < -REACH {
+            -REACH
+        } else {
+            z
+        };
+        let square = bounded * bounded;
+        let share = 0.5 + bounded * polynomial(&SHARE, square);
+        let density = if square == z * z { polynomial(&DENSITY, square) } else { 0.0 };
+        table[i] = ((share * one + 0.5) as i16, (density * one + 0.5) as i16);
         i += 1;
     }
     table
 }
 
-/// [`normal`] in integers: shares and densities in 1/16384, `z` in 1/4096, both within 1e-4. Beyond 3.5 standard deviations
-/// the density is 0.
+/// [`normal`] in integers: shares and densities in 1/16384, `z` in 1/4096, both within 1e-4. The density fades to 0 within 1/32
+/// beyond 3.5 standard deviations.
 #[inline]
 pub(crate) fn normal_fixed(z: i32) -> (i32, i32) {
-    const HALF: i32 = 1 << (SHARE_BITS - 1);
-    const END: u32 = (REACH * (1 << DEVIATION_BITS) as f32) as u32;
-    let size = z.unsigned_abs().min(END);
-    let entry =
-        |i: usize| TABLE.get(i).map_or((0, 0), |&(share, density)| (i32::from(share), i32::from(density)));
-    let i = (size >> STEP_BITS) as usize;
-    let ((share, density), (next, next_density)) = (entry(i), entry(i + 1));
-    let rest = (size & ((1 << STEP_BITS) - 1)) as i32;
-    let between = |a: i32, b: i32| a + (((b - a) * rest + (1 << (STEP_BITS - 1))) >> STEP_BITS);
-    let share = between(share, next);
-    (
-        if z < 0 { HALF - share } else { HALF + share },
-        if size < END { between(density, next_density) } else { 0 },
-    )
+    let place = (z.clamp(-TABLE_END, TABLE_END - 1) + TABLE_END) as u32;
+    let rest = (place & ((1 << STEP_BITS) - 1)) as i32;
+    let entries = TABLE.get((place >> STEP_BITS) as usize..).and_then(|rest| rest.first_chunk());
+    let Some(&[(share, density), (next, next_density)]) = entries else { return (0, 0) };
+    let between = |a: i16, b: i16| {
+        let (a, b) = (i32::from(a), i32::from(b));
+        a + (((b - a) * rest + (1 << (STEP_BITS - 1))) >> STEP_BITS)
+    };
+    (between(share, next), between(density, next_density))
 }
 
 /// Mean share of the step over a stretch of pixels, the first of which is at `z` standard deviations, below 0, and which lead away
@@ -147,10 +150,11 @@ mod tests {
         for i in -20_000..=20_000 {
             let (share, density) = normal_fixed(i);
             let (want, want_density) = normal(i as f32 / 4096.0);
-            let want_density = if i.abs() < 14_336 { want_density } else { 0.0 };
+            let want_density = if i.abs() <= 14_336 { want_density } else { 0.0 };
             assert!((share as f32 / 16_384.0 - want).abs() < 9e-5, "{i}: {share} for {want}");
+            let fades = (14_337..14_464).contains(&i.abs());
             assert!(
-                (density as f32 / 16_384.0 - want_density).abs() < 1e-4,
+                fades || (density as f32 / 16_384.0 - want_density).abs() < 1e-4,
                 "{i}: {density} for {want_density}"
             );
         }

@@ -1,7 +1,7 @@
 //! Where the axis of a crossing passes an ellipse, in integers: for an image without distortion.
 
 use super::shape::{Frame, Shape};
-use crate::fixed::{BEND, Inverse, ONE, PX, fixed, reciprocal, scale, wide};
+use crate::fixed::{BEND, Inverse, ONE, PX, fixed, scale, wide};
 use crate::math;
 
 /// Bits of the frame of an ellipse, and of places in it.
@@ -11,8 +11,12 @@ pub(crate) const PLACE: u32 = 26;
 const COARSE: u32 = 22;
 /// Farthest place in the frame that is looked at.
 const FARTHEST: u32 = 11 << (PLACE - 2);
-/// Farthest from the ellipse, 1/16384 px: before and after the gradient's length is known.
-const DEEPEST: [i32; 2] = [60_000, 50_000];
+/// Bits of the frame of an ellipse for half a pixel, so that places in it may wrap: they are less than 4.
+const HALF: u32 = 29;
+/// Farthest from the ellipse, 1/8192 px: where the axis passes the middle of the ellipse.
+const DEEPEST: i32 = 50_000;
+/// Half the reciprocal of the least half chord on an axis, 1/px.
+const TIGHTEST: i32 = BEND * 4 / 7;
 /// Largest change of the cosine along the axis, 1/px.
 const BENT: i32 = BEND * 2 / 5;
 /// Half the conic in units of the semi-minor axis beyond which no distance is told, px.
@@ -25,7 +29,7 @@ const LEAST_COSINE: i32 = ONE * 7 / 20;
 /// Farthest that an axis is followed to the ellipse, px.
 const REACH: i32 = 3 << 13;
 /// Steps to the place where it passes.
-const STEPS: usize = 4;
+const STEPS: usize = 2;
 
 /// The place where an axis passes an ellipse.
 #[derive(Clone, Copy, Debug)]
@@ -48,13 +52,19 @@ impl Passage {
     /// the ellipse, and the axis the steeper one there. So each pixel counts once, though rows and columns both pass it.
     #[inline]
     pub fn owns<const N: usize>(&self, first: i32) -> [bool; N] {
+        let steps = N as i32 - 1;
+        // Far from where the axes are equally steep nothing else needs to be looked at.
+        let farthest = (steps * (PX / 2) + self.at.abs()) >> 6;
+        let bent = ((self.change.0.abs() + self.change.1.abs()) * farthest) >> 8;
+        if self.cosines.0.abs() - self.cosines.1.abs() > bent {
+            return [true; N];
+        }
         let from = first - self.at;
         let start = |cosine: i32, change: i32| (cosine << 2) + ((change * from) >> 12);
         let mut along = start(self.cosines.0, self.change.0);
         let mut across = start(self.cosines.1, self.change.1);
         let outwards = self.cosines.0 > 0;
         let owned = |along: i32, across: i32| along.abs() >= across.abs() && (along > 0) == outwards;
-        let steps = N as i32 - 1;
         // Those that are owned lie side by side.
         if owned(along, across) && owned(along + steps * self.change.0, across + steps * self.change.1) {
             return [true; N];
@@ -75,6 +85,11 @@ pub(crate) struct Line {
     /// Its centre, px, and its frame, 1/px.
     centre: (i32, i32),
     frame: [i32; 3],
+    /// The same frame for half a pixel, and the centre in it.
+    half_frame: [i32; 3],
+    half_centre: (i32, i32),
+    /// Half of that half chord of an axis which passes the centre, px.
+    half_chord: i32,
     /// The same frame in units of the semi-minor axis.
     by_minor: [i32; 3],
     /// Second derivatives of half the conic, along twice and along and across, in units of the semi-minor axis.
@@ -111,12 +126,16 @@ impl Line {
     }
 
     fn new(shape: &Shape, frame: &Frame, minor: f32, turn: [f32; 4]) -> Self {
+        let place = frame.vector(shape.cx, shape.cy);
         let frame = [frame.l0, frame.l1, frame.l2];
         let [l0, l1, _] = frame;
         let ratio = minor * minor * math::sqrt(shape.det());
         Self {
             centre: (fixed(shape.cx, PX), fixed(shape.cy, PX)),
             frame: frame.map(|entry| fixed(entry, 1 << FRAME)),
+            half_frame: frame.map(|entry| fixed(entry, 1 << (HALF - 1))),
+            half_centre: (fixed(place.0, 1 << HALF), fixed(place.1, 1 << HALF)),
+            half_chord: fixed(0.5 / l0, PX),
             by_minor: frame.map(|entry| fixed(minor * entry, 1 << 15)),
             second: (fixed(minor * l0 * l0, BEND), fixed(minor * l0 * l1, BEND)),
             minor: fixed(minor, PX),
@@ -140,38 +159,46 @@ impl Line {
         self.minor
     }
 
-    /// Where the axis through a place near the ellipse, px from its centre, passes it. `None` where it misses it, or nearly.
+    /// Where the axis through a place near the ellipse, px / 2 about the origin, passes it. `None` where it misses it, or nearly.
     #[inline]
     pub fn passage(&self, (along, across): (i32, i32)) -> Option<Passage> {
-        let Look { place: (u, v), excess, gradient } = self.look((along, across))?;
-        let inverse = Inverse::of_root(square(gradient))?;
-        let depth = wide(excess, self.minor, PLACE - 1);
-        if depth.abs() > DEEPEST[0] {
+        let [l0, l1, l2] = self.half_frame;
+        let u = l0.wrapping_mul(along).wrapping_add(l1.wrapping_mul(across)).wrapping_sub(self.half_centre.0);
+        let v = l2.wrapping_mul(across).wrapping_sub(self.half_centre.1);
+        let (u, v) = (u >> (HALF - PLACE), v >> (HALF - PLACE));
+        // On the axis only u changes: its square there.
+        let passed = (1 << PLACE) - place_square(v);
+        let inverse = Inverse::of_root((passed.max(0) as u32) << 2)?;
+        let depth = wide(passed - place_square(u), self.half_chord, PLACE - 1);
+        if depth.abs() > DEEPEST {
             return None;
         }
-        // To be solved: depth + cosine * at + change * at^2 / 2 = 0.
-        let depth = inverse.of(depth);
+        // To be solved: at = first + half * at^2, outwards. Both roundings are down.
+        let (first, half) = (inverse.of(depth) + 1, inverse.of(l0 >> (HALF - 16)));
+        if first.abs() > REACH || half > TIGHTEST {
+            return None;
+        }
+        let edge = inverse.of(passed >> (PLACE - 14));
+        let mut at = ((edge - (u.abs() >> (PLACE - 14))) * self.half_chord) >> 12;
+        for _ in 0..STEPS {
+            at = at.min(REACH);
+            at = first + ((half * ((at * at) >> 13) + (1 << 15)) >> 16);
+        }
+        let sign = if u < 0 { -1 } else { 1 };
+        let (u, v) = (sign * edge, v >> (PLACE - 14));
+        let [m0, m1, m2] = self.by_minor;
+        let gradient = ((m0 * u) >> 15, (m1 * u + m2 * v) >> 15);
+        let inverse = Inverse::of_root(square(gradient))?;
         let cosines = (inverse.cosine(gradient.0), inverse.cosine(gradient.1));
         let change = (inverse.of(self.second.0), inverse.of(self.second.1));
-        if cosines.0.abs() < LEAST_COSINE || depth.abs() > DEEPEST[1] || change.0 > BENT {
+        if cosines.0.abs() < LEAST_COSINE || change.0 > BENT {
             return None;
         }
-        let by_cosine = (1 << 28) / cosines.0.abs().max(LEAST_COSINE) * cosines.0.signum();
-        let first = -(depth * (by_cosine >> 1)) >> 14;
-        let half = (change.0 * by_cosine) >> 15;
-        let mut at = first.clamp(-REACH, REACH);
-        for _ in 0..STEPS {
-            at = (first - ((half * ((at * at) >> 13)) >> 16)).clamp(-REACH, REACH);
-        }
-        let moved = |cosine: i32, change: i32| cosine + ((change * at) >> 15);
-        let cosines = (moved(cosines.0, change.0), moved(cosines.1, change.1));
-        let norm = reciprocal(cosines);
-        let reach = scale(inverse.of(self.ratio), norm);
-        let u = u + (((self.frame[0] >> 13) * at) >> 16);
+        let reach = inverse.of(self.ratio);
         Some(Passage {
-            at: (at + 1) >> 1,
-            cosines: (scale(cosines.0, norm), scale(cosines.1, norm)),
-            change: (scale(change.0, norm), scale(change.1, norm)),
+            at: (sign * at + 1) >> 1,
+            cosines,
+            change,
             bend: scale(scale(scale(self.bend, reach), reach), reach),
             reach,
             direction: self.turned((u, v)),
@@ -233,6 +260,14 @@ pub(crate) struct Look {
     pub excess: i32,
     /// Half its gradient along and across the axis, in units of the semi-minor axis.
     pub gradient: (i32, i32),
+}
+
+/// Square of a place in the frame, with as many bits.
+#[inline]
+fn place_square(x: i32) -> i32 {
+    const LOW: u32 = PLACE / 2;
+    let (high, low) = (x >> LOW, x & ((1 << LOW) - 1));
+    high * high + ((high * low) >> (LOW - 1))
 }
 
 /// Square of a vector's length.

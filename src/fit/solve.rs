@@ -6,39 +6,38 @@ pub(crate) type Matrix<const N: usize, T = f32> = [[T; N]; N];
 /// L D L^T of a symmetric positive definite matrix.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Factor<const N: usize> {
-    /// Unit lower triangle.
+    /// Unit lower triangle, without its diagonal.
     l: Matrix<N>,
-    d: [f32; N],
+    /// The reciprocals of D: a division costs several products.
+    inverse: [f32; N],
 }
 
 impl<const N: usize> Factor<N> {
     /// `None` if the matrix is not positive definite to the precision of f32.
     pub fn new(m: &Matrix<N>) -> Option<Self> {
-        let mut factor = Self { l: [[0.0; N]; N], d: [0.0; N] };
+        let mut factor = Self { l: [[0.0; N]; N], inverse: [0.0; N] };
         factor.decompose(m).then_some(factor)
     }
 
     #[inline(never)]
     fn decompose(&mut self, m: &Matrix<N>) -> bool {
-        let Self { l, d } = self;
+        let Self { l, inverse } = self;
         for j in 0..N {
-            let mut pivot = m[j][j];
+            // The row of L D.
+            let mut row = m[j];
+            let mut pivot = row[j];
             for k in 0..j {
-                pivot -= l[j][k] * l[j][k] * d[k];
+                for i in 0..k {
+                    row[k] -= row[i] * l[k][i];
+                }
+                l[j][k] = row[k] * inverse[k];
+                pivot -= row[k] * l[j][k];
             }
             // Also refuses NaN. What is left of the diagonal after cancellation must be more than rounding.
             if !(pivot > m[j][j] * 4.0 * f32::EPSILON) {
                 return false;
             }
-            d[j] = pivot;
-            l[j][j] = 1.0;
-            for i in j + 1..N {
-                let mut sum = m[i][j];
-                for k in 0..j {
-                    sum -= l[i][k] * l[j][k] * d[k];
-                }
-                l[i][j] = sum / pivot;
-            }
+            inverse[j] = 1.0 / pivot;
         }
         true
     }
@@ -50,21 +49,45 @@ impl<const N: usize> Factor<N> {
 
     /// The solution of the system of the first `count` unknowns alone; the others stay as they are in `b`.
     pub fn solve_first(&self, mut b: [f32; N], count: usize) -> [f32; N] {
-        self.substitute(&mut b, count);
+        let count = count.min(N);
+        self.forward(&mut b, count);
+        for i in 0..count {
+            b[i] *= self.inverse[i];
+        }
+        self.backward(&mut b, count);
+        b
+    }
+
+    /// The first half of a solution: L^-1 b. The product of two of these, one of them [scaled](Self::scaled), is that of the one
+    /// right-hand side with the solution of the other.
+    pub fn half(&self, mut b: [f32; N]) -> [f32; N] {
+        self.forward(&mut b, N);
+        b
+    }
+
+    /// D^-1 of the first half.
+    pub fn scaled(&self, half: &[f32; N]) -> [f32; N] {
+        core::array::from_fn(|i| self.inverse[i] * half[i])
+    }
+
+    /// The solution from its first half, scaled.
+    pub fn whole(&self, mut b: [f32; N]) -> [f32; N] {
+        self.backward(&mut b, N);
         b
     }
 
     #[inline(never)]
-    fn substitute(&self, b: &mut [f32; N], count: usize) {
-        let count = count.min(N);
-        for i in 0..count {
+    fn forward(&self, b: &mut [f32; N], count: usize) {
+        for i in 0..count.min(N) {
             for k in 0..i {
                 b[i] -= self.l[i][k] * b[k];
             }
         }
-        for i in 0..count {
-            b[i] /= self.d[i];
-        }
+    }
+
+    #[inline(never)]
+    fn backward(&self, b: &mut [f32; N], count: usize) {
+        let count = count.min(N);
         for i in (0..count).rev() {
             for k in i + 1..count {
                 b[i] -= self.l[k][i] * b[k];

@@ -69,7 +69,7 @@ pub(super) type Tight = Vec<Option<Saddle>, MAX_CIRCLES>;
 
 impl Model {
     pub(super) fn tight(&self) -> Tight {
-        list(self.outlines.iter().map(|outline| Saddle::new(&outline.shape, self.blur)))
+        list(self.outlines.iter().map(|outline| Saddle::new(outline, self.blur)))
     }
 
     pub(super) fn level(&self, expected: &Expected) -> f32 {

@@ -3,148 +3,14 @@
 //! In the units of the sums, a unit of an outline's terms moves its edge by half its semi-major axis, the light's slopes are those
 //! over [`Scene::unit`] with 256 grey levels, and the logarithm of the blur changes levels by the contrast.
 
+use super::part::{Here, Part, RIGHT_BITS, Residuals, SLOPE_BITS, SQUARE_BITS, Stretches, Sums, mean_of};
 use super::scene::Scene;
-use super::view::{Far, View};
+use super::solve::{Shared, Solved};
 use crate::appearance::{OWN, SHARED};
 use crate::fit::Matrix;
-use crate::fixed::{GREY, ONE, scale, unit, wide};
+use crate::fixed::{GREY, scale};
 use crate::target::MAX_CIRCLES;
 use heapless::Vec;
-
-/// Most that a crossing may weigh, for the room of its products.
-const MOST: i32 = ONE * 3 / 2;
-
-/// A place in units of [`Scene::unit`].
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Place {
-    pub x: i32,
-    pub y: i32,
-}
-
-/// Sums over the samples of a crossing, of products of: 1 (n), lightness (l), its changes with the logarithm of the blur (b) and
-/// with the place of the edge (p), and the residual (r).
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sums {
-    pub n: i32,
-    pub l: i32,
-    pub ll: i32,
-    pub b: i32,
-    pub lb: i32,
-    pub bb: i32,
-    pub p: i32,
-    pub lp: i32,
-    pub bp: i32,
-    pub pp: i32,
-    pub r: i32,
-    pub lr: i32,
-    pub br: i32,
-    pub pr: i32,
-    pub rr: i32,
-}
-
-impl Sums {
-    /// Of samples.
-    #[inline]
-    pub fn new<const N: usize>(n: i32, [l, b, p, r]: [&[i32; N]; 4]) -> Self {
-        let total = |a: &[i32; N]| a.iter().sum();
-        let product = |a: &[i32; N], b: &[i32; N]| a.iter().zip(b).map(|(a, b)| a * b).sum();
-        Self {
-            n,
-            l: total(l),
-            ll: product(l, l),
-            b: total(b),
-            lb: product(b, l),
-            bb: product(b, b),
-            p: total(p),
-            lp: product(p, l),
-            bp: product(p, b),
-            pp: product(p, p),
-            r: total(r),
-            lr: product(r, l),
-            br: product(r, b),
-            pr: product(r, p),
-            rr: product(r, r),
-        }
-    }
-}
-
-/// What the crossings of one part of an outline tell together: all but where exactly the edge is.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Part {
-    /// Number of crossings, and sums of what they see.
-    crossings: i32,
-    direction: (i32, i32),
-    place: Place,
-    light: i32,
-    reach: i32,
-    sums: Sums,
-}
-
-/// Parts of an outline.
-pub(super) const PARTS: usize = 16;
-
-impl Part {
-    /// The sums with fewer bits, so that there is room for those of all crossings.
-    #[inline]
-    fn add(&mut self, view: &View<'_>, sums: &Sums) {
-        self.crossings += 1;
-        self.direction.0 += view.direction().0;
-        self.direction.1 += view.direction().1;
-        self.place.x += view.place().x;
-        self.place.y += view.place().y;
-        self.light += view.light();
-        self.reach += view.reach();
-        let own = &mut self.sums;
-        own.n += sums.n << SUM_BITS;
-        own.l += sums.l >> (14 - SUM_BITS);
-        own.ll += sums.ll >> (28 - SUM_BITS);
-        own.b += sums.b >> (14 - SUM_BITS);
-        own.lb += sums.lb >> (28 - SUM_BITS);
-        own.bb += sums.bb >> (28 - SUM_BITS);
-        own.p += sums.p >> (14 - SUM_BITS);
-        own.lp += sums.lp >> (28 - SUM_BITS);
-        own.bp += sums.bp >> (28 - SUM_BITS);
-        own.pp += sums.pp >> (28 - SUM_BITS);
-    }
-}
-
-/// Bits of the sums of a part.
-pub(super) const SUM_BITS: u32 = 12;
-/// The same of those with residuals.
-pub(super) const RIGHT_BITS: u32 = 10;
-
-/// The model where the crossings of a part are, on average.
-struct Here {
-    light: i32,
-    place: Place,
-    dark: i32,
-    bright: i32,
-}
-
-impl Here {
-    /// Products of a quantity with the derivatives by dark, bright, and the light's slopes, from its sums with 1 and lightness.
-    #[inline]
-    fn with_levels(&self, sum: i32, with_lightness: i32) -> [i32; 4] {
-        let (dark, bright) = (sum - with_lightness, with_lightness);
-        let mixed = self.mixed(dark, bright);
-        [
-            scale(dark, self.light),
-            scale(bright, self.light),
-            scale(mixed, self.place.x),
-            scale(mixed, self.place.y),
-        ]
-    }
-
-    fn mixed(&self, dark: i32, bright: i32) -> i32 {
-        scale(dark, self.dark) + scale(bright, self.bright)
-    }
-}
-
-/// Derivatives of the conic by its terms at a place in the frame where it is the unit circle.
-#[inline]
-fn terms((u, v): (i32, i32)) -> [i32; OWN] {
-    [scale(u, u) - scale(v, v), 2 * scale(u, v), ONE, u, v]
-}
 
 /// An outline's part.
 #[derive(Clone, Copy, Debug, Default)]
@@ -162,38 +28,28 @@ pub(super) struct Block {
 }
 
 impl Block {
-    #[inline]
-    fn add(&mut self, view: &View<'_>, sums: &Sums) {
-        let unit = scale(view.reach(), view.light()).min(MOST);
-        let right = i64::from(wide(sums.pr, unit, 14));
-        for (sum, term) in self.right.iter_mut().zip(terms(view.direction())) {
-            *sum += right * i64::from(term);
+    fn add(&mut self, part: &Part, sums: &Sums, here: &Here) {
+        for (sum, right) in self.right.iter_mut().zip(part.right) {
+            *sum += i64::from(right);
         }
-        let residual = sums.pr >> 8;
-        self.residuals += i64::from(residual) * i64::from(residual);
-        self.points = self.points.saturating_add(1);
-    }
-
-    /// The mean of a part's crossings, for as many as have a sum of `1 << log`.
-    fn add_part(&mut self, part: &Part, here: &Here, log: u32) {
-        let Sums { p, lp, bp, pp, .. } = part.sums;
-        self.squares += pp;
-        let [p, lp, bp, pp] = [p, lp, bp, pp].map(|sum| sum >> log);
-        let terms = terms(part.direction);
-        let unit = scale(part.reach, here.light).min(MOST);
+        self.residuals += i64::from(part.scatter);
+        self.points = self.points.saturating_add(part.crossings as u16);
+        let Sums { p, lp, bp, pp, .. } = *sums;
+        self.squares += pp * part.crossings;
+        let Here { light, unit, terms, .. } = *here;
         let square = scale(scale(unit, unit), pp);
         let [dark, bright, x, y] = here.with_levels(scale(p, unit), scale(lp, unit));
-        let blur = scale(scale(bp, unit), here.light);
-        let shared = [dark, bright, x, y, blur];
+        let shared = [dark, bright, x, y, scale(scale(bp, unit), light)];
         for i in 0..OWN {
+            let own = scale(square, terms[i]);
             for j in 0..=i {
-                self.m[i][j] += scale(square, scale(terms[i], terms[j])) << log;
+                self.m[i][j] += here.all(own, terms[j]);
             }
             for j in 0..SHARED {
-                self.cross[i][j] += scale(terms[i], shared[j]) << log;
+                self.cross[i][j] += here.all(terms[i], shared[j]);
             }
         }
-        self.information += scale(scale(here.light, here.light), pp) << log;
+        self.information += here.all(scale(light, light), pp);
     }
 }
 
@@ -215,6 +71,22 @@ pub(super) struct Side {
 const PLACE_BITS: u32 = 9;
 
 impl Side {
+    fn add(&mut self, all: &Stretches, scene: &Scene<'_>) {
+        let mean = mean_of(all.n);
+        let place = |sum: i32| scene.place(mean(sum)) >> (14 - PLACE_BITS);
+        let (x, y) = (place(all.x), place(all.y));
+        let (nx, ny) = (all.n * x, all.n * y);
+        self.n += all.n;
+        self.x += nx;
+        self.y += ny;
+        self.xx += (nx * x) >> PLACE_BITS;
+        self.xy += (nx * y) >> PLACE_BITS;
+        self.yy += (ny * y) >> PLACE_BITS;
+        self.r += i64::from(all.r);
+        self.rx += scene.place_sum(all.rx) >> (14 + SLOPE_BITS - PLACE_BITS - 6);
+        self.ry += scene.place_sum(all.ry) >> (14 + SLOPE_BITS - PLACE_BITS - 6);
+    }
+
     /// Equations of the level and of the light's slopes, which change the side's level by `level`, where the light has the slopes
     /// `(gx, gy)`.
     pub fn equations(&self, level: f32, (gx, gy): (f32, f32)) -> ([[f32; 3]; 3], [f32; 3]) {
@@ -241,7 +113,7 @@ impl Side {
 #[derive(Clone, Debug)]
 pub(super) struct Arrow {
     /// Of the outlines so far.
-    pub blocks: Vec<Block, MAX_CIRCLES>,
+    pub outlines: Vec<Slot, MAX_CIRCLES>,
     pub shared: Matrix<SHARED, i64>,
     pub right: [i64; SHARED],
     /// Far stretches of the dark and of the light side.
@@ -249,110 +121,97 @@ pub(super) struct Arrow {
     /// Squared residuals of the samples, and their number.
     pub squares: i64,
     pub samples: i32,
+    /// The solution for what is shared, once it is solved.
+    pub solved: Option<Shared>,
+}
+
+/// An outline's equations, or what is left of them once they are solved: in one place, because both are large.
+#[derive(Clone, Debug)]
+pub(super) enum Slot {
+    Sums(Block),
+    Solved(Solved),
 }
 
 impl Arrow {
     pub fn new() -> Self {
         Self {
-            blocks: Vec::new(),
+            outlines: Vec::new(),
             shared: [[0; SHARED]; SHARED],
             right: [0; SHARED],
             sides: [Side::default(); 2],
             squares: 0,
             samples: 0,
+            solved: None,
         }
     }
 
     pub fn clear(&mut self) {
-        self.blocks.clear();
+        self.outlines.clear();
         self.shared = [[0; SHARED]; SHARED];
         self.right = [0; SHARED];
         self.sides = [Side::default(); 2];
-        (self.squares, self.samples) = (0, 0);
+        (self.squares, self.samples, self.solved) = (0, 0, None);
     }
 
     /// The next outline's crossings follow.
     pub fn next(&mut self) {
-        let _ = self.blocks.push(Block::default());
+        let _ = self.outlines.push(Slot::Sums(Block::default()));
     }
 
-    /// Adds a crossing that lies in `part`.
-    #[inline]
-    pub fn add(&mut self, part: &mut Part, view: &View<'_>, sums: &Sums, scene: &Scene<'_>) {
-        part.add(view, sums);
-        if let Some(block) = self.blocks.last_mut() {
-            block.add(view, sums);
+    /// Adds a part of the outline.
+    pub fn add(&mut self, part: &Part, scene: &Scene<'_>) {
+        if part.crossings == 0 {
+            return;
         }
-        let (r, lr) = (sums.r << (RIGHT_BITS - 6), sums.lr >> (20 - RIGHT_BITS));
-        let mixed = wide(r - lr, scene.dark, 14) + wide(lr, scene.bright, 14);
-        let (light, Place { x, y }) = (view.light(), view.place());
-        let products =
-            [(r - lr, light), (lr, light), (mixed, x), (mixed, y), (sums.br >> (20 - RIGHT_BITS), light)];
-        for (right, (a, b)) in self.right.iter_mut().zip(products) {
-            *right += i64::from(a) * i64::from(b);
+        let mean = mean_of(part.crossings);
+        let (here, sums) = (part.here(scene, &mean), part.sums.map(&mean));
+        if let Some(Slot::Sums(block)) = self.outlines.last_mut() {
+            block.add(part, &sums, &here);
         }
-        self.squares += i64::from(sums.rr);
-        self.samples += sums.n;
+        for (side, stretches) in self.sides.iter_mut().zip(&part.sides) {
+            if stretches.count > 0 {
+                side.add(stretches, scene);
+                self.samples += stretches.count;
+            }
+        }
+        self.squares += i64::from(part.residuals.rr) << SQUARE_BITS;
+        self.samples += part.residuals.n;
+        self.add_right(part, &here, scene);
+        self.add_shared(&sums, &here);
     }
 
-    /// Adds the parts of the outline.
-    pub fn add_parts(&mut self, parts: &[Part; PARTS], scene: &Scene<'_>) {
-        for part in parts.iter().filter(|part| part.crossings > 0) {
-            self.add_part(part, scene);
+    fn add_right(&mut self, part: &Part, here: &Here, scene: &Scene<'_>) {
+        let Residuals { r, lr, br, .. } = part.residuals;
+        let [dark, bright, x, y, blur] = &mut self.right;
+        for (right, sum) in [(dark, r - lr), (bright, lr), (blur, br)] {
+            *right += i64::from(sum) * i64::from(here.light);
+        }
+        for (right, sum) in [(x, part.slopes.0), (y, part.slopes.1)] {
+            *right += scene.place_sum(sum) << (RIGHT_BITS - SLOPE_BITS);
         }
     }
 
-    fn add_part(&mut self, part: &Part, scene: &Scene<'_>) {
-        let count = part.crossings.max(1);
-        let mean = |sum: i32| sum / count;
-        let direction = unit((mean(part.direction.0), mean(part.direction.1)));
-        let place = Place { x: mean(part.place.x), y: mean(part.place.y) };
-        let here = Here { light: mean(part.light), place, dark: scene.dark, bright: scene.bright };
-        let part = Part { direction, reach: mean(part.reach), ..*part };
-        let log = i32::BITS - count.leading_zeros();
-        if let Some(block) = self.blocks.last_mut() {
-            block.add_part(&part, &here, log);
-        }
-        let Sums { n, l, ll, b, lb, bb, .. } = part.sums;
-        let [n, l, ll, b, lb, bb] = [n, l, ll, b, lb, bb].map(|sum| sum >> log);
-        let (light, Place { x, y }) = (here.light, here.place);
+    fn add_shared(&mut self, sums: &Sums, here: &Here) {
+        let Sums { n, l, ll, b, lb, bb, .. } = *sums;
+        let (light, (x, y)) = (here.light, here.place);
         let [dark_dark, dark_bright, dark_x, dark_y] = here.with_levels(n - l, l - ll);
         let [_, bright_bright, bright_x, bright_y] = here.with_levels(l, ll);
         let (mixed_x, mixed_y) = (here.mixed(dark_x, bright_x), here.mixed(dark_y, bright_y));
         let [blur_dark, blur_bright, blur_x, blur_y] = here.with_levels(scale(b, light), scale(lb, light));
-        let rows = [
-            [scale(light, dark_dark), 0, 0, 0, 0],
-            [scale(light, dark_bright), scale(light, bright_bright), 0, 0, 0],
-            [scale(light, dark_x), scale(light, bright_x), scale(x, mixed_x), 0, 0],
-            [scale(light, dark_y), scale(light, bright_y), scale(y, mixed_x), scale(y, mixed_y), 0],
-            [blur_dark, blur_bright, blur_x, blur_y, scale(scale(bb, light), light)],
-        ];
-        for i in 0..SHARED {
-            for j in 0..=i {
-                self.shared[i][j] += i64::from(rows[i][j]) << log;
-            }
+        let all = |a: i32, b: i32| i64::from(here.all(a, b));
+        let [dark, bright, along_x, along_y, blur] = &mut self.shared;
+        dark[0] += all(light, dark_dark);
+        bright[0] += all(light, dark_bright);
+        bright[1] += all(light, bright_bright);
+        for (row, place, levels) in [(along_x, x, [dark_x, bright_x]), (along_y, y, [dark_y, bright_y])] {
+            row[0] += all(light, levels[0]);
+            row[1] += all(light, levels[1]);
+            row[2] += all(place, mixed_x);
+            row[3] += all(place, mixed_y);
         }
-    }
-
-    /// Adds a far stretch. What little it has of the other level counts for its residual only.
-    #[inline]
-    pub fn add_far(&mut self, far: &Far) {
-        let pixels = 1 << far.log;
-        let [dark, bright] = &mut self.sides;
-        let side = if far.bright { bright } else { dark };
-        let (x, y) = (far.place.x >> (14 - PLACE_BITS), far.place.y >> (14 - PLACE_BITS));
-        let (px, py, residual) = (pixels * x, pixels * y, pixels * far.residual);
-        let product = |a: i32, b: i32| i64::from(a) * i64::from(b);
-        side.n += pixels;
-        side.x += px;
-        side.y += py;
-        side.xx += (px * x) >> PLACE_BITS;
-        side.xy += (px * y) >> PLACE_BITS;
-        side.yy += (py * y) >> PLACE_BITS;
-        side.r += i64::from(residual);
-        side.rx += product(residual, x);
-        side.ry += product(residual, y);
-        self.squares += product(residual, far.residual);
-        self.samples += 1;
+        let rows = [blur_dark, blur_bright, blur_x, blur_y, scale(scale(bb, light), light)];
+        for (sum, product) in blur.iter_mut().zip(rows) {
+            *sum += i64::from(product * here.crossings);
+        }
     }
 }

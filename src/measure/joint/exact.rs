@@ -43,6 +43,18 @@ impl Place {
         Some(Self { middle, axes })
     }
 
+    /// The same with where the axis passes an outline. Not inlined, because few images are seen through a lens that is known.
+    #[inline(never)]
+    pub fn with_passage(
+        axis: Axis,
+        middle: (i32, i32),
+        origin: &Origin,
+        outline: &Outline,
+    ) -> Option<(Self, fit::Passage)> {
+        let place = Self::new(axis, middle, origin)?;
+        Some((place, place.passage(outline)?))
+    }
+
     /// The place `at` on the axis from an outline's centre, in the undistorted plane, and how much larger areas are there.
     pub fn beside_centre(&self, outline: &Outline, at: i32) -> ((f32, f32), f32) {
         let at = at as f32 / PX as f32;
@@ -61,7 +73,6 @@ impl Place {
     /// Where the axis passes an outline.
     pub fn passage(&self, outline: &Outline) -> Option<fit::Passage> {
         let passage = Passage::new(&outline.shape, self.middle, &self.axes)?;
-        let (a, _) = outline.shape.semi_axes();
         let inverse = 1.0 / passage.norm;
         let share = |x: f32| fixed(x * inverse, ONE);
         let change = |x: f32| bounded(x * inverse, 1.0, BEND);
@@ -71,7 +82,7 @@ impl Place {
             cosines: (share(passage.gradient.0), share(passage.gradient.1)),
             change: (change(passage.change.0), change(passage.change.1)),
             bend: bounded(0.5 * passage.curvature(outline, &self.axes), 1.0, BEND),
-            reach: bounded(inverse / a, 1.5, ONE),
+            reach: bounded(inverse / outline.major, 1.5, ONE),
             direction: (fixed(u, ONE), fixed(v, ONE)),
         })
     }

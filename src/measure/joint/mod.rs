@@ -6,11 +6,15 @@
 //!
 //! 1. [`start`]: first guesses.
 //! 2. [`View`]: a crossing as the model has it.
-//! 3. [`Arrow`]: the equations of a step.
-//! 4. [`joint`]: steps on few crossings until they settle, then on all.
+//! 3. [`Part`]: what the crossings of a part of a turn tell together.
+//! 4. [`Arrow`]: the equations of a step.
+//! 5. [`joint`]: steps on few crossings until they settle, then on all.
 
 mod arrow;
 mod exact;
+mod gate;
+mod part;
+mod samples;
 mod scene;
 mod solve;
 mod start;
@@ -25,17 +29,20 @@ use super::{Light, check_contrast};
 use crate::appearance::{Model, Outline, Step};
 use crate::edge::{Edge, Edges};
 use crate::fit::{Adjusted, Spread};
-use crate::fixed::{GREY, fixed, sector};
+use crate::fixed::{GREY, sector};
 use crate::math;
 use crate::scan::Pool;
 use crate::settings::limits;
 use crate::target::MAX_CIRCLES;
-use arrow::{Arrow, PARTS, Part};
+use arrow::Arrow;
+use core::f32::consts::FRAC_1_SQRT_2;
+use gate::Gate;
 use heapless::Vec;
+use part::{FULL, PARTS, Part};
+use samples::{Samples, Stretch};
 use scene::{Scene, Track};
-use solve::Solved;
 use start::start;
-use view::{Samples, View};
+use view::View;
 
 /// Most steps with few crossings, and with all.
 const FEW_STEPS: usize = 5;
@@ -55,10 +62,7 @@ const FOREIGN: f32 = 0.5;
 /// ... and while few crossings are used, with room for so many standard deviations of the noise.
 const FOREIGN_FEW: f32 = 0.1;
 const SIGMAS: f32 = 5.0;
-const FAR_SIGMAS: f32 = 4.0;
-/// Room in the light beside an edge, standard deviations of its mean over a part of a turn, ...
-const UNEVEN_SIGMAS: f32 = 3.7;
-/// ... which has so many of the 128 sectors.
+/// Sectors of a part of a turn, of 128.
 const SECTORS_OF_PART: usize = 128 / PARTS;
 /// One in so many far stretches may be of another level.
 const STRANGE_SHARE: u32 = 30;
@@ -75,38 +79,6 @@ const CALM_ROOM: f32 = 1.25;
 const FOREIGN_NOISE: f32 = 1.4;
 /// Least noise of a sample, grey levels: that of rounding.
 const ROUNDING: f32 = 0.29;
-
-/// Which crossings are used, and which of these are not disturbed. Grey levels.
-#[derive(Clone, Copy)]
-struct Gate {
-    /// Few of them only.
-    few: bool,
-    /// Largest residual of a sample; and beside its noise, of the light beside the edge.
-    misfit: i32,
-    excess: f32,
-    noise: f32,
-    /// Largest residual of a far stretch by the binary logarithm of its number of pixels.
-    far: [i32; 5],
-}
-
-impl Gate {
-    #[inline(never)]
-    fn new(few: bool, misfit: f32, (far, excess): (f32, f32), noise: f32) -> Self {
-        let far = [1.0, 0.707, 0.5, 0.354, 0.25].map(|root| grey(far + FAR_SIGMAS * noise * root));
-        Self { few, misfit: grey(misfit), excess, noise, far }
-    }
-
-    /// Whether `count` crossings with this sum of excesses lie in uneven light.
-    fn is_uneven(&self, excess: i32, count: u16) -> bool {
-        let (sum, count) = (excess as f32 / (2 * GREY) as f32, f32::from(count));
-        count > 0.0 && sum.abs() > self.excess * count + UNEVEN_SIGMAS * self.noise * math::sqrt(0.5 * count)
-    }
-}
-
-/// A residual, which is less than the whole scale.
-fn grey(level: f32) -> i32 {
-    fixed(level.min(255.0), GREY)
-}
 
 /// What the crossings tell of the next step.
 struct Pass {
@@ -135,7 +107,6 @@ struct Steps<'a> {
     /// Semi-major axis of the outermost outline, px.
     size: f32,
     pass: &'a mut Pass,
-    solved: &'a mut Solved,
 }
 
 /// Noise of a sample, grey levels.
@@ -180,8 +151,8 @@ fn settle(
     }
     let mut model = Model { outlines, dark, bright, gx: 0.0, gy: 0.0, blur };
     let size = edges.edges.first()?.shape.semi_axes().0;
-    let (mut pass, mut solved) = (Pass::new(), Solved::new());
-    let mut steps = Steps { edges, pool, origin, ringed, size, pass: &mut pass, solved: &mut solved };
+    let mut pass = Pass::new();
+    let mut steps = Steps { edges, pool, origin, ringed, size, pass: &mut pass };
     let noise = steps.settle_few(&mut model)?;
     *calm = noise.calm / model.contrast();
     for _ in 0..STEPS {
@@ -196,7 +167,7 @@ fn settle(
         let moved = model.take(&step, size)?;
         if moved < if overlapping { SETTLED_OVERLAPPING } else { SETTLED } {
             check_contrast(model.contrast()).ok()?;
-            return if steps.pass.is_clean() { result(&model, &steps, noise.calm, circles) } else { None };
+            return if pass.is_clean() { result(&model, &pass, noise.calm, circles) } else { None };
         }
     }
     None
@@ -210,12 +181,13 @@ impl Steps<'_> {
             let gate = Gate::new(true, misfit, (misfit, f32::INFINITY), 0.0);
             let taken = self.next(&Scene::new(model, self.size, ROUNDING, self.ringed), &gate)?;
             let moved = model.take(&taken, self.size)?;
-            let noise = math::sqrt(self.solved.variance).max(ROUNDING);
+            let noise = math::sqrt(self.pass.arrow.solved.as_ref()?.variance).max(ROUNDING);
             // The first step finds the light; what fits it badly is not known before.
             let known = step > 0
                 || noise < QUIET * model.contrast() && taken.shared.iter().last()?.abs() < SETTLED_BLUR;
             if known && moved < SETTLED_FEW {
-                let calm = (CALM_ROOM * self.pass.calm.sigma()).max(ROUNDING);
+                // A difference has the noise of two samples.
+                let calm = (CALM_ROOM * FRAC_1_SQRT_2 * self.pass.calm.sigma()).max(ROUNDING);
                 return Some(Noise { all: noise, calm: noise.min(calm) });
             }
             misfit = (FOREIGN_FEW * model.contrast() + SIGMAS * noise).min(0.5 * FOREIGN * model.contrast());
@@ -230,24 +202,31 @@ impl Steps<'_> {
         for (k, edge) in self.edges.edges.iter().enumerate() {
             self.add_edge(scene, &scene.track(k)?, edge, gate);
         }
-        self.pass.arrow.solve(scene, self.size, self.solved)?;
-        Some(self.solved.step())
+        self.pass.arrow.solve(scene, self.size)
     }
 
     fn add_edge(&mut self, scene: &Scene<'_>, track: &Track<'_>, edge: &Edge, gate: &Gate) {
         let pass = &mut *self.pass;
         pass.arrow.next();
         let mut seen = Sectors::NONE;
-        let mut light = [(0, 0u16); PARTS];
         let mut parts = [Part::default(); PARTS];
+        let mut samples = Samples::default();
+        let mut lights = [(0, 0); PARTS];
         let stride = if gate.few { edge.stride() } else { 1 };
         for crossing in self.pool.iter(edge.crossings).step_by(stride) {
-            let Some(view) = View::new(scene, track, crossing, self.origin) else { continue };
+            let view = View::new(scene, track, crossing, self.origin);
+            // By reference, because it is large.
+            let Some(view) = &view else { continue };
             let sector = sector(view.direction());
-            seen.mark(sector);
             let part = sector as usize / SECTORS_OF_PART;
-            let Some(samples) = view.samples() else { continue };
-            if samples.misfit > gate.misfit {
+            let (part, light) = (parts.get_mut(part), lights.get_mut(part));
+            let (Some(part), Some((light, count))) = (part, light) else { continue };
+            seen.mark(sector);
+            view.samples(&mut samples);
+            if samples.n == 0 {
+                continue;
+            }
+            if gate.refuses(&samples) {
                 pass.spoiled += 1;
                 continue;
             }
@@ -255,15 +234,20 @@ impl Steps<'_> {
             if gate.few {
                 pass.add_calm(&samples);
             }
-            if let (Some((sum, count)), Some(part)) = (light.get_mut(part), parts.get_mut(part)) {
-                *sum += samples.excess;
-                *count += 1;
-                pass.arrow.add(part, &view, &samples.sums, scene);
+            *light += samples.excess();
+            *count += 1;
+            part.add(view, &samples, scene);
+            let clipped = [-1, 1].map(|side| pass.add_far(part, view, side, gate));
+            pass.clipped += u32::from(clipped != [false; 2]);
+            if part.crossings == FULL {
+                pass.arrow.add(part, scene);
+                *part = Part::default();
             }
-            pass.add_far(&view, gate);
         }
-        pass.arrow.add_parts(&parts, scene);
-        pass.uneven += light.iter().filter(|(sum, count)| gate.is_uneven(*sum, *count)).count() as u32;
+        pass.uneven += lights.iter().filter(|(excess, count)| gate.is_uneven(*excess, *count)).count() as u32;
+        for part in &parts {
+            pass.arrow.add(part, scene);
+        }
         let _ = pass.seen.push(seen.closed(track.own.outline.minor));
     }
 }
@@ -294,22 +278,26 @@ impl Pass {
 
     fn add_calm(&mut self, samples: &Samples) {
         for difference in samples.differences() {
-            let difference = difference as f32 / GREY as f32;
-            self.calm.add(0.5 * difference * difference);
+            self.calm.add_fixed(difference, GREY.ilog2());
         }
     }
 
-    #[inline]
-    fn add_far(&mut self, view: &View<'_>, gate: &Gate) {
-        let clipped = view.far(|far| {
-            self.far += 1;
-            if gate.far.get(far.log as usize).is_none_or(|&limit| far.residual.abs() > limit) {
-                self.strange += 1;
-            } else {
-                self.arrow.add_far(&far);
+    /// Adds the far stretch before (-1) or after (1) the near samples. Gives whether it is clipped.
+    #[inline(never)]
+    fn add_far(&mut self, part: &mut Part, view: &View<'_>, side: i32, gate: &Gate) -> bool {
+        match view.far(side) {
+            Stretch::Clipped => return true,
+            Stretch::Mixed => {}
+            Stretch::Clear(far) => {
+                self.far += 1;
+                if gate.far.get(far.log as usize).is_none_or(|&limit| far.residual.abs() > limit) {
+                    self.strange += 1;
+                } else {
+                    part.add_far(&far);
+                }
             }
-        });
-        self.clipped += u32::from(clipped);
+        }
+        false
     }
 
     /// Whether nothing disturbs the target.
@@ -333,23 +321,24 @@ fn excess(variance: f32, calm: f32, points: u16) -> f32 {
 }
 
 #[inline(never)]
-fn result(model: &Model, steps: &Steps<'_>, calm: f32, circles: &mut FittedList) -> Option<Light> {
-    let Steps { pass, solved, .. } = steps;
+fn result(model: &Model, pass: &Pass, calm: f32, circles: &mut FittedList) -> Option<Light> {
+    let shared = pass.arrow.solved.as_ref()?;
     for (k, outline) in model.outlines.iter().enumerate() {
-        let (points, scatter, seen) = (solved.points(k)?, solved.scatter(k)?, pass.seen.get(k)?);
-        if scatter > MAX_SCATTER * solved.variance {
+        let (solved, seen) = (pass.arrow.solution(k)?, pass.seen.get(k)?);
+        let (points, scatter) = (solved.points, solved.scatter());
+        if scatter > MAX_SCATTER * shared.variance {
             return None;
         }
         // The noise of the samples is known better than the scatter of the edge points, unless that is clearly larger.
         let chance = 1.0 + CHANCE * math::sqrt(2.0 / f32::from(points));
-        let variance = if scatter > chance * solved.variance { scatter } else { solved.variance };
+        let variance = if scatter > chance * shared.variance { scatter } else { shared.variance };
         let frame_variance = variance * excess(variance, calm, points);
-        let frame_covariance = solved.spread(k)?.own.map(|row| row.map(|entry| entry * frame_variance));
+        let frame_covariance = solved.covariance().map(|row| row.map(|entry| entry * frame_variance));
         let adjusted = Adjusted {
             shape: outline.shape,
             covariance: outline.frame.covariance(&frame_covariance),
             frame_covariance,
-            rms: math::sqrt(solved.mean_square(k)?),
+            rms: math::sqrt(solved.mean_square()),
             points,
         };
         let (dark_inside, gap) = (outline.inside < 0.0, seen.longest_gap());
@@ -365,16 +354,14 @@ fn result(model: &Model, steps: &Steps<'_>, calm: f32, circles: &mut FittedList)
         };
         push(circles, &fitted)?;
     }
-    let frame = model.outlines.first()?.frame;
-    let plane = solved.spread(0)?.shared.map(|row| row.map(|entry| entry * solved.variance));
-    let plane = frame.covariance(&plane);
-    let (contrast, noise) = (model.contrast(), math::sqrt(solved.variance));
+    let plane = model.outlines.first()?.frame.covariance(&pass.arrow.solution(0)?.more(shared));
+    let (contrast, noise) = (model.contrast(), math::sqrt(shared.variance));
     Some(Light {
         contrast,
         noise,
         blur: model.blur,
         clipped: pass.clipped > pass.used / 5,
-        plane: 0.5 * (plane.xx + plane.yy),
+        plane: 0.5 * shared.variance * (plane.xx + plane.yy),
         edge_variance: Light::edge_variance(contrast, noise, model.blur),
     })
 }

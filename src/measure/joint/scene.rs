@@ -2,7 +2,7 @@
 
 use crate::appearance::{Model, Outline, Saddle};
 use crate::fit::{Border, Line};
-use crate::fixed::{GREY, ONE, PX, fixed, scale};
+use crate::fixed::{GREY, LEAST_LIGHT, MOST_LIGHT, ONE, PX, fixed, scale};
 use crate::scan::Axis;
 
 /// Standard deviations of the blur beyond which an edge is over, ...
@@ -14,6 +14,8 @@ const NEAR: f32 = 3.0;
 const FAR: f32 = 19.5;
 /// How far beyond the target, px, and how many times its size the unit of places is.
 const UNIT: (f32, f32) = (16.0, 2.0);
+/// Room of levels to the ends of the scale, where these need not be looked for, grey levels.
+const ROOM: f32 = 2.0;
 
 /// What all crossings share.
 pub(super) struct Scene<'m> {
@@ -38,6 +40,8 @@ pub(super) struct Scene<'m> {
     farthest: i32,
     /// Grey levels beyond which noise reaches the ends of the scale, so that the mean is no longer the level.
     ends: (i32, i32),
+    /// They are nowhere near the target.
+    pub all_told: bool,
 }
 
 impl<'m> Scene<'m> {
@@ -48,6 +52,11 @@ impl<'m> Scene<'m> {
         let grey = |level: f32| fixed(level.clamp(0.0, 500.0), GREY);
         let (dark, bright) = (grey(model.dark), grey(model.bright));
         let slope = |slope: f32| fixed(slope.clamp(-0.06, 0.06), ONE << 6);
+        let (darkest, brightest) = (noise, 255.0 - noise);
+        // How much the light changes from the origin to the farthest samples.
+        let uneven = (model.gx.abs() + model.gy.abs()) * unit;
+        let all_told =
+            model.dark * (1.0 - uneven) > darkest + ROOM && model.bright * (1.0 + uneven) < brightest - ROOM;
         Self {
             model,
             overlapping,
@@ -61,7 +70,8 @@ impl<'m> Scene<'m> {
             sharpness: fixed(1.0 / model.blur, ONE / 2),
             by_unit: fixed(1.0 / unit, 1 << 27),
             farthest: (2.0 * unit) as i32,
-            ends: (fixed(noise, GREY), fixed(255.0 - noise, GREY)),
+            ends: (fixed(darkest, GREY), fixed(brightest, GREY)),
+            all_told,
         }
     }
 
@@ -76,7 +86,13 @@ impl<'m> Scene<'m> {
     /// Level without the plane of light at this lightness.
     #[inline]
     pub fn mixed(&self, lightness: i32) -> i32 {
-        self.dark + scale(self.contrast, lightness)
+        self.dark + self.step(lightness)
+    }
+
+    /// That share of the contrast.
+    #[inline]
+    pub fn step(&self, share: i32) -> i32 {
+        scale(self.contrast, share)
     }
 
     /// Standard deviations of the blur in a length, px.
@@ -96,6 +112,19 @@ impl<'m> Scene<'m> {
         level > self.ends.0 && level < self.ends.1
     }
 
+    /// Light at a place about the origin, px / 2.
+    #[inline]
+    pub fn light(&self, (x, y): (i32, i32)) -> i32 {
+        let light = ONE + ((self.slopes.0 * x + self.slopes.1 * y + (1 << 6)) >> 7);
+        light.clamp(LEAST_LIGHT, MOST_LIGHT)
+    }
+
+    /// A sum of coordinates, or of multiples of them, in the unit of places, from px / 2.
+    #[inline]
+    pub fn place_sum(&self, sum: i32) -> i64 {
+        (i64::from(sum) * i64::from(self.by_unit)) >> 14
+    }
+
     /// A coordinate in the unit of places, from px / 2.
     #[inline]
     pub fn place(&self, at: i32) -> i32 {
@@ -104,15 +133,15 @@ impl<'m> Scene<'m> {
 
     /// Whether it bends too much for a series, and for far stretches beside it to tell the levels.
     fn is_tight(&self, outline: &Outline) -> bool {
-        Saddle::is_tight(&outline.shape, self.model.blur)
+        Saddle::is_tight(outline, self.model.blur)
     }
 
     fn seen<'o>(&self, outline: &'o Outline) -> Option<Seen<'o>> {
-        let (shape, blur) = (&outline.shape, self.model.blur);
-        let saddle = if Saddle::is_tightest(shape, blur) { Saddle::new(shape, blur) } else { None };
+        let blur = self.model.blur;
+        let saddle = if Saddle::is_tightest(outline, blur) { Saddle::new(outline, blur) } else { None };
         Some(Seen {
             outline,
-            lines: Line::both(shape, &outline.frame, outline.minor)?,
+            lines: Line::both(&outline.shape, &outline.frame, outline.minor)?,
             tight: self.is_tight(outline),
             saddle,
         })
@@ -140,6 +169,11 @@ impl<'m> Scene<'m> {
                 None => Room::Within(Border::both(&outline.shape, -clear)),
             },
         ];
+        let free = |room: &Room, next: Option<&Outline>| match (room, next) {
+            (Room::None, _) | (_, None) => 0.0,
+            (_, Some(next)) => gap(outline, next) - clear,
+        };
+        let free = [free(&room[0], far[0]), free(&room[1], far[1])];
         let beside = |k: Option<usize>| {
             self.outline(next(k, NEAR)).map_or(Some(None), |outline| self.seen(outline).map(Some))
         };
@@ -149,8 +183,15 @@ impl<'m> Scene<'m> {
             beside: if dark_inside { [outside, inside] } else { [inside, outside] },
             dark_inside,
             room,
+            free: free.map(|length| fixed(length, PX)),
         })
     }
+}
+
+/// How near two outlines of concentric circles come to each other, px.
+fn gap(outline: &Outline, next: &Outline) -> f32 {
+    let (a, b) = (&outline.shape, &next.shape);
+    (next.minor - outline.minor).abs() - ((a.cx - b.cx).abs() + (a.cy - b.cy).abs())
 }
 
 /// The outline `next` to `k`, if the other side of the area between them is nearer than `reach` px and the blur.
@@ -184,9 +225,14 @@ pub(super) struct Seen<'m> {
 impl Seen<'_> {
     #[inline]
     pub fn line(&self, axis: Axis) -> &Line {
-        let [row, column] = &self.lines;
-        if axis == Axis::Row { row } else { column }
+        of(&self.lines, axis)
     }
+}
+
+/// What is for rows and for columns, by its address.
+#[inline]
+fn of<T>([row, column]: &[T; 2], axis: Axis) -> &T {
+    if axis == Axis::Row { row } else { column }
 }
 
 /// An outline as crossings see it.
@@ -197,21 +243,27 @@ pub(super) struct Track<'m> {
     pub dark_inside: bool,
     /// Outside and inside.
     room: [Room; 2],
+    /// How far beyond the edge, px on the axis, all is clear of the other edges.
+    free: [i32; 2],
 }
 
 impl Track<'_> {
+    /// How far outside or inside of the edge, px on the axis, all is clear of other edges; there may be more.
+    #[inline]
+    pub fn free(&self, inwards: bool) -> i32 {
+        let [outside, inside] = self.free;
+        if inwards { inside } else { outside }
+    }
+
     /// Whether a stretch on an axis, from `first` to `last`, px / 4, outside or inside of the outline, is clear of all edges.
     #[inline]
     pub fn is_clear(&self, axis: Axis, inwards: bool, (first, last): (i32, i32), across: i32) -> bool {
         let [outside, inside] = &self.room;
-        let of = |[row, column]: &[Border; 2]| if axis == Axis::Row { *row } else { *column };
         match if inwards { inside } else { outside } {
-            Room::None => false,
+            Room::None | Room::Within(None) | Room::Around(None) => false,
             Room::All => true,
-            Room::Within(border) => border.as_ref().is_some_and(|border| of(border).contains(last, across)),
-            Room::Around(border) => {
-                border.as_ref().is_some_and(|border| !of(border).meets((first, last), across))
-            }
+            Room::Within(Some(border)) => of(border, axis).contains(last, across),
+            Room::Around(Some(border)) => !of(border, axis).meets((first, last), across),
         }
     }
 }

@@ -1,20 +1,20 @@
 //! The step that the sums of a pass ask for: the arrow is solved block by block.
 
-use super::arrow::{Arrow, Block, RIGHT_BITS, SUM_BITS};
+use super::arrow::{Arrow, Block, Slot};
+use super::part::{OWN_BITS, RESIDUAL_BITS, RIGHT_BITS, SUM_BITS};
 use super::scene::Scene;
-use crate::appearance::{OWN, SHARED, Spread, Step};
+use crate::appearance::{OWN, SHARED, Step};
 use crate::fit::{CENTRE_TERMS, Factor, Matrix, add_scaled, dot};
 use crate::fixed::{GREY, ONE};
 use crate::list::list;
-use crate::target::MAX_CIRCLES;
-use heapless::Vec;
 
 /// Grey levels of one in the units of the sums.
 const LEVELS: f32 = 256.0;
 /// What is one in the sums: of products of derivatives, of those of the terms with residuals, of those of what is shared with these,
 /// and of squared residuals.
 const SUM_ONE: f32 = (1 << SUM_BITS) as f32;
-const OWN_RIGHT_ONE: f32 = ONE as f32 * ONE as f32 * GREY as f32;
+const OWN_RIGHT_ONE: f32 = (1 << OWN_BITS) as f32;
+const RESIDUAL_ONE: f32 = (1 << RESIDUAL_BITS) as f32;
 const RIGHT_ONE: f32 = (1 << RIGHT_BITS) as f32 * ONE as f32;
 const SQUARE_ONE: f32 = (GREY * GREY) as f32;
 
@@ -38,7 +38,7 @@ impl Block {
     fn equations(&self, scene: &Scene<'_>, k: usize, size: f32) -> Option<Equations> {
         let (model, outline) = (scene.model(), scene.outline(Some(k))?);
         let by_place = outline.inside * model.contrast() / model.blur;
-        let unit = -0.5 * outline.shape.semi_axes().0 * by_place;
+        let unit = -0.5 * outline.major * by_place;
         let square = unit * unit / SUM_ONE;
         let units = units(scene, size).map(|shared| unit / SUM_ONE * shared);
         Some(Equations {
@@ -47,6 +47,33 @@ impl Block {
             crosses: core::array::from_fn(|j| self.cross.map(|row| units[j] * row[j] as f32)),
             by_place,
         })
+    }
+}
+
+impl Block {
+    /// Solves them, and takes what they tell of what is shared from its equations.
+    fn solve(
+        &self,
+        equations: &Equations,
+        rest: &mut Matrix<SHARED>,
+        right: &mut [f32; SHARED],
+    ) -> Option<Solved> {
+        let factor = Factor::new(&equations.m)?;
+        let own = factor.half(equations.right);
+        let crosses = equations.crosses.map(|cross| factor.half(cross));
+        for i in 0..SHARED {
+            let scaled = factor.scaled(&crosses[i]);
+            right[i] -= dot(&scaled, &own);
+            for j in i..SHARED {
+                rest[j][i] -= dot(&crosses[j], &scaled);
+            }
+        }
+        // As if every crossing told as much of its place as they do on average.
+        let square = (self.squares as f32).max(1.0) / f32::from(self.points.max(1));
+        let scatter = SUM_ONE / RESIDUAL_ONE * self.residuals as f32 / square;
+        let information = equations.by_place * equations.by_place / SUM_ONE * self.information as f32;
+        let (right, points) = (equations.right, self.points);
+        Some(Solved { factor, crosses, own, right, scatter, information, points })
     }
 }
 
@@ -75,45 +102,37 @@ impl Arrow {
         (m, all)
     }
 
-    /// `None` where the crossings do not determine the unknowns.
-    pub fn solve(&self, scene: &Scene<'_>, size: f32, solved: &mut Solved) -> Option<()> {
+    /// The step that they ask for. `None` where the crossings do not determine the unknowns.
+    #[inline(never)]
+    pub fn solve(&mut self, scene: &Scene<'_>, size: f32) -> Option<Step> {
         let (mut rest, all_right) = self.shared_equations(scene, size);
         let mut right = all_right;
-        let parts = &mut solved.parts;
-        parts.clear();
-        for (k, block) in self.blocks.iter().enumerate() {
-            let equations = block.equations(scene, k, size)?;
-            let factor = Factor::new(&equations.m)?;
-            let own = factor.solve(equations.right);
-            let by_shared = equations.crosses.map(|cross| factor.solve(cross));
-            for i in 0..SHARED {
-                right[i] -= dot(&equations.crosses[i], &own);
-                for j in 0..=i {
-                    rest[i][j] -= dot(&equations.crosses[i], &by_shared[j]);
-                }
-            }
-            // As if every crossing told as much of its place as they do on average.
-            let square = (block.squares as f32).max(1.0) / f32::from(block.points.max(1));
-            let scatter = block.residuals as f32 / (SUM_ONE * square);
-            let information = equations.by_place * equations.by_place / SUM_ONE * block.information as f32;
-            let (right, points) = (equations.right, block.points);
-            parts.push(Part { factor, by_shared, own, right, scatter, information, points }).ok()?;
+        for (k, slot) in self.outlines.iter_mut().enumerate() {
+            let Slot::Sums(block) = slot else { return None };
+            let solved = block.solve(&block.equations(scene, k, size)?, &mut rest, &mut right)?;
+            *slot = Slot::Solved(solved);
         }
         let factor = Factor::new(&rest)?;
         let shared = factor.solve(right);
         let mut gain = dot(&shared, &all_right);
-        for part in parts {
-            for (by_shared, shared) in part.by_shared.iter().zip(shared) {
-                add_scaled(&mut part.own, -shared, by_shared);
+        for slot in &mut self.outlines {
+            if let Slot::Solved(solved) = slot {
+                gain += solved.complete(&shared);
             }
-            let taken = dot(&part.own, &part.right);
-            gain += taken;
-            part.scatter = (part.scatter - taken).max(0.0);
         }
-        let free = (self.samples - (OWN * self.blocks.len() + SHARED) as i32).max(1);
+        let free = (self.samples - (OWN * self.outlines.len() + SHARED) as i32).max(1);
         let variance = (self.squares as f32 / SQUARE_ONE - gain).max(0.0) / free as f32;
-        (solved.shared, solved.variance, solved.factor) = (shared, variance, Some(factor));
-        Some(())
+        self.solved = Some(Shared { variance, factor });
+        let own = self
+            .outlines
+            .iter()
+            .map(|slot| if let Slot::Solved(solved) = slot { solved.own } else { [0.0; OWN] });
+        Some(Step { own: list(own), shared })
+    }
+
+    /// The solution for outline `k`.
+    pub fn solution(&self, k: usize) -> Option<&Solved> {
+        if let Slot::Solved(solved) = self.outlines.get(k)? { Some(solved) } else { None }
     }
 
     /// The whole system, blocks first.
@@ -121,9 +140,10 @@ impl Arrow {
     pub fn whole<const N: usize>(&self, scene: &Scene<'_>, size: f32) -> (Matrix<N>, [f32; N]) {
         let mut m = [[0.0; N]; N];
         let mut right = [0.0; N];
-        let end = OWN * self.blocks.len();
+        let end = OWN * self.outlines.len();
         let (shared, of_shared) = self.shared_equations(scene, size);
-        for (k, block) in self.blocks.iter().enumerate() {
+        for (k, slot) in self.outlines.iter().enumerate() {
+            let Slot::Sums(block) = slot else { panic!("solved") };
             let own = block.equations(scene, k, size).unwrap();
             for i in 0..OWN {
                 right[OWN * k + i] = own.right[i];
@@ -148,76 +168,82 @@ impl Arrow {
 }
 
 /// The solution for an outline.
-struct Part {
+#[derive(Clone, Debug)]
+pub(super) struct Solved {
     factor: Factor<OWN>,
-    /// How its terms go with what is shared, negative.
-    by_shared: [[f32; OWN]; SHARED],
+    /// Of its equations by what is shared, the first half of the solution.
+    crosses: [[f32; OWN]; SHARED],
     own: [f32; OWN],
     right: [f32; OWN],
     /// What moving each edge point by itself would take from the squares.
     scatter: f32,
     /// Inverse variances of the edge points for a unit variance of the samples, 1/px^2, and their number.
     information: f32,
-    points: u16,
+    pub points: u16,
 }
 
-/// The solution.
-pub(super) struct Solved {
-    parts: Vec<Part, MAX_CIRCLES>,
-    shared: [f32; SHARED],
+/// That for what is shared.
+#[derive(Clone, Debug)]
+pub(super) struct Shared {
     /// Variance of a sample after the step.
     pub variance: f32,
-    factor: Option<Factor<SHARED>>,
+    factor: Factor<SHARED>,
 }
 
 impl Solved {
-    /// None yet. Not inlined, so that it is made where it stays.
-    #[inline(never)]
-    pub fn new() -> Self {
-        Self { parts: Vec::new(), shared: [0.0; SHARED], variance: 0.0, factor: None }
-    }
-
-    pub fn step(&self) -> Step {
-        Step { own: list(self.parts.iter().map(|part| part.own)), shared: self.shared }
-    }
-
-    /// Variance of a sample that the scatter of the edge points of outline `k` about its ellipse tells.
-    pub fn scatter(&self, k: usize) -> Option<f32> {
-        self.parts.get(k).map(|part| part.scatter / (f32::from(part.points) - OWN as f32).max(1.0))
-    }
-
-    /// Mean square distance of the edge points of outline `k` from its ellipse after the step, each with its weight, px^2.
-    pub fn mean_square(&self, k: usize) -> Option<f32> {
-        self.parts.get(k).map(|part| part.scatter / part.information)
-    }
-
-    /// Edge points of outline `k`.
-    pub fn points(&self, k: usize) -> Option<u16> {
-        self.parts.get(k).map(|part| part.points)
-    }
-
-    /// Covariances of outline `k` for a unit variance of the samples.
-    pub fn spread(&self, k: usize) -> Option<Spread> {
-        let (part, factor) = (self.parts.get(k)?, self.factor.as_ref()?);
-        let mut spread = Spread { own: [[0.0; 4]; 4], shared: [[0.0; 4]; 4] };
-        for (i, (term, scale)) in CENTRE_TERMS.into_iter().enumerate() {
-            let own = part.factor.solve(core::array::from_fn(|i| if i == term { scale } else { 0.0 }));
-            let moved = factor.solve(part.by_shared.map(|terms| scale * entry(&terms, term)));
-            for (j, (other, scale)) in CENTRE_TERMS.into_iter().enumerate() {
-                let shared = part
-                    .by_shared
-                    .iter()
-                    .zip(moved)
-                    .fold(0.0, |sum, (by, moved)| sum + entry(by, other) * moved);
-                spread.own[i][j] = scale * entry(&own, other);
-                spread.shared[i][j] = scale * shared;
-            }
+    /// Completes the solution with that for what is shared. Gives what it takes from the squares.
+    fn complete(&mut self, shared: &[f32; SHARED]) -> f32 {
+        for (cross, shared) in self.crosses.iter().zip(shared) {
+            add_scaled(&mut self.own, -shared, cross);
         }
-        Some(spread)
+        self.own = self.factor.whole(self.factor.scaled(&self.own));
+        let taken = dot(&self.own, &self.right);
+        self.scatter = (self.scatter - taken).max(0.0);
+        taken
+    }
+
+    /// Variance of a sample that the scatter of the edge points about the ellipse tells.
+    pub fn scatter(&self) -> f32 {
+        self.scatter / (f32::from(self.points) - OWN as f32).max(1.0)
+    }
+
+    /// Mean square distance of the edge points from the ellipse after the step, each with its weight, px^2.
+    pub fn mean_square(&self) -> f32 {
+        self.scatter / self.information
+    }
+
+    /// Covariance of the stretch and centre in the ellipse's frame, for a unit variance of the samples, where what is shared is
+    /// known.
+    pub fn covariance(&self) -> Matrix<4> {
+        products(&self.factor, &self.centre())
+    }
+
+    /// What it is more because that is measured too.
+    pub fn more(&self, shared: &Shared) -> Matrix<4> {
+        let moved = self.centre().map(|half| {
+            let scaled = self.factor.scaled(&half);
+            shared.factor.half(self.crosses.map(|cross| dot(&cross, &scaled)))
+        });
+        products(&shared.factor, &moved)
+    }
+
+    /// First halves of the solutions for its stretch and centre.
+    fn centre(&self) -> [[f32; OWN]; 4] {
+        CENTRE_TERMS.map(|(term, scale)| {
+            self.factor.half(core::array::from_fn(|i| if i == term { scale } else { 0.0 }))
+        })
     }
 }
 
-/// Entry `i` of an outline's own terms.
-fn entry(terms: &[f32; OWN], i: usize) -> f32 {
-    terms.get(i).copied().unwrap_or(0.0)
+/// Products of right-hand sides with the solutions of each other, from the first halves of these.
+fn products<const N: usize>(factor: &Factor<N>, halves: &[[f32; N]; 4]) -> Matrix<4> {
+    let mut products = [[0.0; 4]; 4];
+    for i in 0..4 {
+        let scaled = factor.scaled(&halves[i]);
+        for j in i..4 {
+            products[i][j] = dot(&halves[j], &scaled);
+            products[j][i] = products[i][j];
+        }
+    }
+    products
 }

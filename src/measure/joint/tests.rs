@@ -1,11 +1,13 @@
 extern crate std;
 
+mod free;
 mod tight;
 
-use super::arrow::{Arrow, PARTS, Part};
+use super::arrow::Arrow;
 use super::exact::{Axes, Passage, Place, distance};
+use super::part::{PARTS, Part};
+use super::samples::Samples;
 use super::scene::Scene;
-use super::solve::Solved;
 use super::view::View;
 use crate::appearance::{Model, OWN, Outline, SHARED, Step};
 use crate::edge::normal;
@@ -85,11 +87,12 @@ fn arrow(model: &Model, crossings: &[(usize, Crossing)]) -> Arrow {
         arrow.next();
         for (_, crossing) in crossings.iter().filter(|(of, _)| *of == k) {
             let Some(view) = View::new(&scene, &track, crossing, &origin) else { continue };
-            let Some(samples) = view.samples() else { continue };
+            let mut samples = Samples::default();
+            view.samples(&mut samples);
             let part = &mut parts[sector(view.direction()) as usize * PARTS / 128];
-            arrow.add(part, &view, &samples.sums, &scene);
+            part.add(&view, &samples, &scene);
         }
-        arrow.add_parts(&parts, &scene);
+        parts.iter().for_each(|part| arrow.add(part, &scene));
     }
     arrow
 }
@@ -148,23 +151,22 @@ fn equations_are_the_slope_of_the_squares() {
 fn blocks_give_the_solution_of_the_whole() {
     let model = model(0.5);
     let scene = Scene::new(&model, SIZE, 0.3, false);
-    let arrow = arrow(&model, &crossings(&model));
+    let mut arrow = arrow(&model, &crossings(&model));
     let (m, right) = arrow.whole::<15>(&scene, SIZE);
     let factor = Factor::new(&m).unwrap();
     let want = factor.solve(right);
-    let mut solved = Solved::new();
-    arrow.solve(&scene, SIZE, &mut solved).unwrap();
-    assert!((0..2).all(|k| solved.points(k).unwrap() > 40));
-    let step = solved.step();
+    let step = arrow.solve(&scene, SIZE).unwrap();
+    assert!((0..2).all(|k| arrow.solution(k).unwrap().points > 40));
     let got = step.own.iter().flatten().chain(&step.shared);
     for (i, (got, want)) in got.zip(want).enumerate() {
         assert!((got - want).abs() < 1e-3 * want.abs() + 1e-6, "{i}: {got} for {want}");
     }
-    let spread = solved.spread(1).unwrap();
+    let (solution, shared) = (arrow.solution(1).unwrap(), arrow.solved.as_ref().unwrap());
+    let (own, more) = (solution.covariance(), solution.more(shared));
     let mut unit = [0.0; 15];
     unit[OWN + 3] = -0.5;
     let want = -0.5 * factor.solve(unit)[OWN + 3];
-    let got = spread.own[2][2] + spread.shared[2][2];
+    let got = own[2][2] + more[2][2];
     assert!((got / want - 1.0).abs() < 1e-3, "{got} for {want}");
 }
 
@@ -252,7 +254,7 @@ fn integers_find_the_passage() {
                     let exact = Place::new(axis, (middle, 2 * line), &origin()).unwrap();
                     let want = exact.passage(&outline).unwrap();
                     let steep = want.cosines.0.abs() > ONE / 2;
-                    let Some(got) = seen.passage(seen.about_centre((middle, 2 * line))) else {
+                    let Some(got) = seen.passage((middle, 2 * line)) else {
                         assert!(!steep, "{a} {line} {axis:?}: nothing for {want:?}");
                         continue;
                     };
@@ -362,7 +364,8 @@ fn no_pixel_counts_twice() {
     for (k, crossing) in &crossings(&model) {
         let track = scene.track(*k).unwrap();
         let Some(view) = View::new(&scene, &track, crossing, &origin()) else { continue };
-        let Some(samples) = view.samples() else { continue };
+        let mut samples = Samples::default();
+        view.samples(&mut samples);
         for (i, _) in samples.own.iter().enumerate().filter(|(_, own)| **own) {
             let at = crossing.x + i as u16 - 3;
             let down = crossing.y() + i as u16 - 3;

@@ -1,12 +1,13 @@
 //! A stored crossing as the model has it.
 
-use super::arrow::{Place, Sums};
 use super::exact;
+use super::part::Residuals;
+use super::samples::{Far, Samples, Stretch};
 use super::scene::{Scene, Seen, Track};
 use crate::appearance::Saddle;
 use crate::edge::normal_fixed;
 use crate::fit::Passage;
-use crate::fixed::{BEND, GREY, LEAST_LIGHT, MOST_LIGHT, ONE, PX, fixed, scale};
+use crate::fixed::{BEND, GREY, ONE, PX, fixed, scale};
 use crate::measure::Origin;
 use crate::scan::{Axis, Crossing, NEAR};
 
@@ -38,8 +39,8 @@ pub(super) struct View<'s> {
     /// In the undistorted plane, where a lens distorts the image.
     exact: Option<exact::Place>,
     passage: Passage,
-    /// Half the curvature, 1/px, positive where the edge bends away from light.
-    bend: i32,
+    /// Where the level of one half is, standard deviations of the blur towards light.
+    lead: i32,
     /// Standard deviations of the blur beyond the edge as a power series of the distance on the axis, px.
     series: [i32; 4],
     /// 1 where the axis leads towards light, else -1.
@@ -49,46 +50,9 @@ pub(super) struct View<'s> {
     slope: i32,
 }
 
-/// What the near samples tell.
-pub(super) struct Samples {
-    pub sums: Sums,
-    /// Those that count, and their residuals.
-    pub own: [bool; NEAR],
-    residuals: [i32; NEAR],
-    /// Largest residual.
-    pub misfit: i32,
-    /// Twice what light there is too much beside the edge.
-    pub excess: i32,
-}
-
-/// A far stretch that is clear of edges.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Far {
-    /// Binary logarithm of its number of pixels.
-    pub log: u32,
-    /// On the light side.
-    pub bright: bool,
-    /// Level beyond that of the model.
-    pub residual: i32,
-    pub place: Place,
-}
-
-impl Samples {
-    /// Differences of the residuals of the two outermost samples on either side: in them whatever changes the light over more than a
-    /// pixel cancels, and so does an edge that is off.
-    #[inline]
-    pub fn differences(&self) -> impl Iterator<Item = i32> {
-        let [a, b, .., c, d] = self.own;
-        let [first, second, .., third, fourth] = self.residuals;
-        [(a && b, first - second), (c && d, fourth - third)]
-            .into_iter()
-            .filter_map(|(both, difference)| both.then_some(difference))
-    }
-}
-
 impl<'s> View<'s> {
-    /// `None` where the crossing is none of the outline's.
-    #[inline]
+    /// `None` where the crossing is none of the outline's. Not inlined, so that what is chosen by the axis has an address.
+    #[inline(never)]
     pub fn new(
         scene: &'s Scene<'s>,
         track: &'s Track<'s>,
@@ -101,19 +65,16 @@ impl<'s> View<'s> {
         let row = axis == Axis::Row;
         let [_, n0, n1, n2, n3, _] = crossing.near.map(u16::from);
         let rising = n2 + n3 > n0 + n1;
-        let (middle, slope) = if row {
-            ((2 * x - 1, 2 * y), scene.slopes)
+        let (place, middle, slope) = if row {
+            ((2 * x - 1, 2 * y), (2 * x - 1, 2 * y), scene.slopes.0)
         } else {
-            ((2 * y - 1, 2 * x), (scene.slopes.1, scene.slopes.0))
+            ((2 * x, 2 * y - 1), (2 * y - 1, 2 * x), scene.slopes.1)
         };
-        let exact =
-            if origin.lens().is_some() { Some(exact::Place::new(axis, middle, origin)?) } else { None };
-        let passage = match &exact {
-            Some(exact) => exact.passage(track.own.outline)?,
-            None => {
-                let line = track.own.line(axis);
-                line.passage(line.about_centre(middle))?
-            }
+        let (exact, passage) = if origin.lens().is_some() {
+            let (exact, passage) = exact::Place::with_passage(axis, middle, origin, track.own.outline)?;
+            (Some(exact), passage)
+        } else {
+            (None, track.own.line(axis).passage(middle)?)
         };
         let (cosine, change) = (passage.cosines.0, passage.change.0);
         let near = scale(passage.at.abs(), cosine.abs()) <= MAX_DISTANCE;
@@ -122,7 +83,6 @@ impl<'s> View<'s> {
         if rising != ((cosine > 0) == track.dark_inside) || !near || !wide {
             return None;
         }
-        let light = ONE + ((slope.0 * middle.0 + slope.1 * middle.1 + (1 << 6)) >> 7);
         let bend = if track.dark_inside { passage.bend } else { -passage.bend };
         let cosine = cosine.abs();
         let square = scale(cosine, cosine);
@@ -139,12 +99,12 @@ impl<'s> View<'s> {
             axis,
             middle,
             exact,
-            bend,
+            lead: scene.lead(bend),
             series,
             passage,
             sign: if rising { 1 } else { -1 },
-            light: light.clamp(LEAST_LIGHT, MOST_LIGHT),
-            slope: slope.0,
+            light: scene.light(place),
+            slope,
         })
     }
 
@@ -152,8 +112,13 @@ impl<'s> View<'s> {
     /// edge where the axis passes it, its series to the fourth order.
     #[inline]
     fn beyond(&self, at: i32) -> i32 {
+        self.series(self.sign * (at - self.passage.at))
+    }
+
+    /// The same for a place `h` on the axis from where that passes the edge, towards light.
+    #[inline]
+    fn series(&self, h: i32) -> i32 {
         let [first, second, third, fourth] = self.series;
-        let h = self.sign * (at - self.passage.at);
         let third = third + ((h * fourth + (1 << 15)) >> 16);
         let second = second + ((h * third) >> 12);
         (h * (first + ((h * second) >> 15)) + (1 << 12)) >> 13
@@ -165,47 +130,86 @@ impl<'s> View<'s> {
         self.passage.owns(FIRST)
     }
 
-    /// The near samples; `None` if none of them counts here.
-    #[inline]
-    pub fn samples(&self) -> Option<Samples> {
-        let scene = self.scene;
-        let mut own = self.owns();
-        // Standard deviations of the blur: where the level of one half is, and so many beyond the edge.
-        let (mut leads, mut beyond) = ([scene.lead(self.bend); NEAR], [0; NEAR]);
+    /// The near samples, into a place that holds those of another crossing; perhaps none of them counts here.
+    #[inline(never)]
+    pub fn samples(&self, samples: &mut Samples) {
+        samples.own = self.owns();
+        if self.track.own.tight || self.scene.overlapping {
+            self.model_all(samples);
+        } else {
+            self.model(samples);
+        }
+        self.compare(samples);
+        samples.residuals = Residuals::new(samples);
+    }
+
+    /// The near samples in the model, where one series is good for all and only this edge has a part in them.
+    fn model(&self, samples: &mut Samples) {
+        let (mut h, step) = (self.sign * (FIRST - self.passage.at), self.sign * PX);
         for i in 0..NEAR {
+            let beyond = self.series(h);
+            h += step;
+            let (share, density) = normal_fixed(beyond + self.lead);
+            samples.lightness[i] = share as i16;
+            samples.by_place[i] = density as i16;
+            samples.by_blur[i] = ((density * (self.lead - beyond)) >> 12) as i16;
+        }
+    }
+
+    /// The same for all.
+    #[inline(never)]
+    fn model_all(&self, samples: &mut Samples) {
+        // Standard deviations of the blur: so many beyond the edge.
+        let mut all = [0; NEAR];
+        for i in 0..NEAR {
+            let (mut beyond, mut lead) = (0, self.lead);
             if !self.track.own.tight {
-                beyond[i] = self.beyond(near_place(i));
-            } else if own[i] {
+                beyond = self.beyond(near_place(i));
+            } else if samples.own[i] {
                 match self.deviations(&self.track.own, near_place(i)) {
-                    Some(here) => (beyond[i], leads[i]) = here,
-                    None => own[i] = false,
+                    Some(here) => (beyond, lead) = here,
+                    None => samples.own[i] = false,
                 }
             }
+            all[i] = beyond;
+            let (share, density) = normal_fixed(beyond + lead);
+            samples.lightness[i] = share as i16;
+            samples.by_place[i] = density as i16;
+            samples.by_blur[i] = ((density * (lead - beyond)) >> 12) as i16;
         }
-        let (mut lightness, mut by_blur, mut by_place) = ([0; NEAR], [0; NEAR], [0; NEAR]);
+        if self.scene.overlapping {
+            self.add_next(samples, &all);
+        }
+    }
+
+    /// What they are beyond that.
+    fn compare(&self, samples: &mut Samples) {
+        let scene = self.scene;
+        let mut light = (self.light << 7) + (1 << 6) - 5 * self.slope;
+        if scene.all_told && samples.own == [true; NEAR] {
+            samples.n = NEAR as i32;
+            for i in 0..NEAR {
+                let level = scale(scene.mixed(samples.lightness[i].into()), light >> 7);
+                light += 2 * self.slope;
+                samples.single[i] = (i32::from(self.crossing.near[i]) * GREY - level) as i16;
+            }
+            return;
+        }
+        samples.n = 0;
         for i in 0..NEAR {
-            (lightness[i], by_place[i]) = normal_fixed(beyond[i] + leads[i]);
-            by_blur[i] = (by_place[i] * (leads[i] - beyond[i])) >> 12;
-        }
-        if scene.overlapping {
-            self.add_next(&mut own, &beyond, (&mut lightness, &mut by_blur));
-        }
-        let (mut n, mut misfit, mut residuals) = (0, 0, [0; NEAR]);
-        for i in 0..NEAR {
-            let light = self.light + ((self.slope * (2 * i as i32 - 5) + (1 << 6)) >> 7);
-            let level = scale(scene.mixed(lightness[i]), light);
-            if own[i] && scene.is_told(level) {
-                residuals[i] = i32::from(self.crossing.near[i]) * GREY - level;
-                misfit = misfit.max(residuals[i].abs());
-                n += 1;
+            let level = scale(scene.mixed(samples.lightness[i].into()), light >> 7);
+            light += 2 * self.slope;
+            if samples.own[i] && (scene.all_told || scene.is_told(level)) {
+                samples.single[i] = (i32::from(self.crossing.near[i]) * GREY - level) as i16;
+                samples.n += 1;
             } else {
-                own[i] = false;
-                (lightness[i], by_blur[i], by_place[i]) = (0, 0, 0);
+                samples.own[i] = false;
+                samples.lightness[i] = 0;
+                samples.by_blur[i] = 0;
+                samples.by_place[i] = 0;
+                samples.single[i] = 0;
             }
         }
-        let excess = residuals[1] + residuals[NEAR - 2];
-        let sums = [&lightness, &by_blur, &by_place, &residuals];
-        (n > 0).then(|| Samples { sums: Sums::new(n, sums), own, residuals, misfit, excess })
     }
 
     /// How far the place `at` on the axis is beyond an outline's edge towards light, and where the level of one half is there,
@@ -245,12 +249,8 @@ impl<'s> View<'s> {
 
     /// Adds what the edges beside this one give to its samples: light of the dark area beyond, and dark of the light area beyond.
     /// Samples that are nearer to one of these are not its `own`.
-    fn add_next(
-        &self,
-        own: &mut [bool; NEAR],
-        beyond: &[i32; NEAR],
-        (lightness, by_blur): (&mut [i32; NEAR], &mut [i32; NEAR]),
-    ) {
+    fn add_next(&self, samples: &mut Samples, beyond: &[i32; NEAR]) {
+        let Samples { own, lightness, by_blur, .. } = samples;
         for (next, side) in self.track.beside.iter().zip([1, -1]) {
             let Some(next) = next else { continue };
             // From the sample nearest to that edge.
@@ -264,9 +264,9 @@ impl<'s> View<'s> {
                     break;
                 };
                 let (share, density) = normal_fixed(z + lead);
-                lightness[i] += if side > 0 { share - ONE } else { share };
-                lightness[i] = lightness[i].clamp(-ONE / 8, ONE + ONE / 8);
-                by_blur[i] += (density * (lead - z)) >> 12;
+                let light = i32::from(lightness[i]) + if side > 0 { share - ONE } else { share };
+                lightness[i] = light.clamp(-ONE / 8, ONE + ONE / 8) as i16;
+                by_blur[i] += ((density * (lead - z)) >> 12) as i16;
                 own[i] = z.abs() > beyond[i].abs();
             }
         }
@@ -285,55 +285,49 @@ impl<'s> View<'s> {
         self.light
     }
 
-    /// The middle between its inner samples.
-    pub fn place(&self) -> Place {
+    /// The middle between its inner samples, px / 2 about the origin.
+    pub fn place(&self) -> (i32, i32) {
         self.place_at(0)
     }
 
     /// The place `at`, px / 2 from that on the axis.
     #[inline]
-    fn place_at(&self, at: i32) -> Place {
-        let (along, across) = (self.scene.place(self.middle.0 + at), self.scene.place(self.middle.1));
-        if self.axis == Axis::Row { Place { x: along, y: across } } else { Place { x: across, y: along } }
+    fn place_at(&self, at: i32) -> (i32, i32) {
+        let (along, across) = (self.middle.0 + at, self.middle.1);
+        if self.axis == Axis::Row { (along, across) } else { (across, along) }
     }
 
-    /// Calls `told` with the far stretches before and after the near samples, where they tell the levels. Gives whether one is
-    /// clipped.
+    /// The far stretch before (-1) or after (1) the near samples.
     #[inline]
-    pub fn far(&self, mut told: impl FnMut(Far)) -> bool {
+    pub fn far(&self, side: i32) -> Stretch {
         let scene = self.scene;
-        let mut clipped = false;
-        for (side, stretch) in [-1, 1].into_iter().zip(self.crossing.far()) {
-            let (log, sum) = stretch.sum();
-            let level = (i32::from(sum) * GREY) >> log;
-            if !scene.is_told(level) {
-                clipped = true;
-                continue;
-            }
-            let bright = side == self.sign;
-            let tail = self.tail(side, bright, log);
-            if tail >= TAIL || !self.is_clear(side, bright, log) {
-                continue;
-            }
-            let mixed = scene.mixed(if bright { ONE - tail } else { tail });
-            // Its middle, px / 2.
-            let at = side * (6 + (1 << log));
-            let light = (self.light + ((self.slope * at) >> 7)).clamp(LEAST_LIGHT, MOST_LIGHT);
-            let residual = level - scale(mixed, light);
-            told(Far { log, bright, residual, place: self.place_at(at) });
+        let [before, after] = self.crossing.far();
+        let (log, sum) = if side < 0 { before } else { after }.sum();
+        let level = (i32::from(sum) * GREY) >> log;
+        if !scene.is_told(level) {
+            return Stretch::Clipped;
         }
-        clipped
+        let bright = side == self.sign;
+        let tail = self.tail(side, bright, log);
+        if tail >= TAIL || !self.is_clear(side, bright, log) {
+            return Stretch::Mixed;
+        }
+        let mixed = if bright { scene.bright - scene.step(tail) } else { scene.dark + scene.step(tail) };
+        // Its middle, px / 2.
+        let at = side * (6 + (1 << log));
+        let light = self.light + ((self.slope * at) >> 7);
+        let residual = level - scale(mixed, light);
+        Stretch::Clear(Far { log, bright, residual, place: self.place_at(at) })
     }
 
     /// Share that a far stretch has of the edge.
     #[inline]
     fn tail(&self, side: i32, bright: bool, log: u32) -> i32 {
-        let scene = self.scene;
         let z = if self.track.own.tight {
             let Some((z, lead)) = self.deviations(&self.track.own, side * FAR) else { return 0 };
             z + lead
         } else {
-            self.beyond(side * FAR) + scene.lead(self.bend)
+            self.beyond(side * FAR) + self.lead
         };
         let z = if bright { -z } else { z };
         if z <= -OVER {
@@ -345,10 +339,13 @@ impl<'s> View<'s> {
     /// Whether a far stretch is clear of the other edges, and of the other side of this one.
     #[inline]
     fn is_clear(&self, side: i32, bright: bool, log: u32) -> bool {
+        let inwards = bright != self.track.dark_inside;
+        if FAR + (PX << log) - PX + self.passage.at.abs() <= self.track.free(inwards) {
+            return true;
+        }
         // In px / 4.
         let first = 2 * self.middle.0 + side * 14;
         let last = first + side * (4 << log) - 4 * side;
-        let inwards = bright != self.track.dark_inside;
         self.track.is_clear(self.axis, inwards, (first, last), 2 * self.middle.1)
     }
 }
