@@ -145,8 +145,7 @@ fn failures(count: u64, side: f64) -> Vec<String> {
         .collect()
 }
 
-/// No id is wrong, and no target is left out; of many more frames than these one in a thousand may be. `CONCENTRIC_CODED=100000` for
-/// many.
+/// No id is wrong, and of two thousand targets at most one is left out. `CONCENTRIC_CODED=100000` for many.
 #[test]
 fn ids_are_right_at_any_tilt() {
     let count = frames("CONCENTRIC_CODED", FEW_CODED);
@@ -155,7 +154,7 @@ fn ids_are_right_at_any_tilt() {
         println!("{what}: {} of {count} coded targets identified", count as usize - failures.len());
         let (unfound, wrong): (Vec<_>, Vec<_>) = failures.iter().partition(|line| line.ends_with(": []"));
         assert!(wrong.is_empty(), "{what}: {wrong:#?}");
-        assert!(unfound.len() as u64 <= count.saturating_sub(FEW_CODED) / 1000, "{what}: {unfound:#?}");
+        assert!(unfound.len() as u64 <= count / 2000, "{what}: {unfound:#?}");
     }
 }
 

@@ -154,7 +154,7 @@ mod tests {
     }
 
     /// Points of an ellipse, 1/4096 px, from f64.
-    fn points(a: f64, b: f64, theta: f64, cx: f64, cy: f64, n: usize) -> Vec<(i32, i32)> {
+    fn points((a, b): (f64, f64), theta: f64, (cx, cy): (f64, f64), n: usize) -> Vec<(i32, i32)> {
         (0..n)
             .map(|i| {
                 let (s, c) = (i as f64 / n as f64 * core::f64::consts::TAU).sin_cos();
@@ -181,7 +181,7 @@ mod tests {
             (2040.0, 600.0, 16000, 9e-3),
         ] {
             for theta in [0.0, 0.4, 1.5, 2.5] {
-                let shape = fit(&points(a, b, theta, 0.3, -0.4, n), a as f32 + 1.0).unwrap();
+                let shape = fit(&points((a, b), theta, (0.3, -0.4), n), a as f32 + 1.0).unwrap();
                 let (fa, fb) = shape.semi_axes();
                 for (got, want) in [(shape.cx, 0.3), (shape.cy, -0.4), (fa, a as f32), (fb, b as f32)] {
                     assert!((got - want).abs() < tolerance, "{a} {b} {theta}: {got} for {want}");
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn one_displaced_point_moves_the_fit() {
-        let mut points = points(30.0, 21.0, 0.4, 0.3, -0.4, 250);
+        let mut points = points((30.0, 21.0), 0.4, (0.3, -0.4), 250);
         points[17].0 += 8192;
         let shape = fit(&points, 33.0).unwrap();
         assert!((shape.cx - 0.3).abs() > 2e-3);

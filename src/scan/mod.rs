@@ -12,6 +12,7 @@
 mod crossings;
 pub(crate) mod kernel;
 mod link;
+mod moments;
 mod noise;
 mod outlines;
 mod rows;
@@ -22,7 +23,8 @@ mod tests;
 mod window;
 
 pub(crate) use crossings::{Axis, Crossing, CrossingList, EdgePoint, NEAR, Pool, Stretch};
-pub(crate) use outlines::{Moments, NONE, Outline, Outlines, Seen};
+pub(crate) use moments::Moments;
+pub(crate) use outlines::{NONE, Outline, Outlines, Seen};
 pub(crate) use rows::{BLOCK_ROWS, KEPT_BLOCKS, Rows};
 pub use runs::Run;
 pub(crate) use runs::{RunError, Transition};

@@ -1,131 +1,13 @@
 //! The table of outlines: exact moments, bounding boxes, and what became of each.
 
 use super::crossings::CrossingList;
+use super::moments::{Moments, SHORT};
 use crate::abilities::ARCS;
-use crate::fit::Shape;
 use crate::list::rolled;
-use crate::math;
 use crate::settings::limits;
 
 /// No outline, no crossing.
 pub(crate) const NONE: u16 = u16::MAX;
-
-/// Moments of the pixels enclosed by an outline. Exact: a region as large as the largest frame has a second moment below 2^57.
-/// Negative for the outline of a light region.
-///
-/// While the outline is open, sums over its transitions instead, x and y from the first of them on, added where dark turns
-/// light and subtracted where light turns dark: of x, x^2, x^3, x y, x^2 y and x y^2. As there are as many of either in each
-/// row, Green's theorem makes the moments of them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Moments {
-    pub area: i64,
-    pub x: i64,
-    pub y: i64,
-    pub xx: i64,
-    pub xy: i64,
-    pub yy: i64,
-}
-
-/// Extent below which 32 bits hold the sums of an outline: none is larger than twice its fourth power.
-const SHORT: u16 = 1 << 7;
-/// Largest coordinate of which 32 bits hold the cube.
-const SMALL: u32 = 1 << 10;
-
-impl Moments {
-    const ZERO: Self = Self { area: 0, x: 0, y: 0, xx: 0, xy: 0, yy: 0 };
-
-    /// Adds a transition to the sums of an outline whose extent is below [`SHORT`]. On small processors long sums are dear.
-    #[inline(always)]
-    fn add_short(&mut self, sign: i32, x: i32, y: i32) {
-        let add = |sum: &mut i64, term: i32| *sum = i64::from((*sum as i32).wrapping_add(term));
-        let signed = sign * x;
-        let (xx, xy) = (signed * x, signed * y);
-        add(&mut self.area, signed);
-        add(&mut self.x, xx);
-        add(&mut self.y, xy);
-        add(&mut self.xx, xx * x);
-        add(&mut self.xy, xx * y);
-        add(&mut self.yy, xy * y);
-    }
-
-    /// Adds a transition to the sums.
-    #[inline(never)]
-    fn add_long(&mut self, sign: i32, x: i32, y: i32) {
-        // Long products are dearer still. Squares are short in any case.
-        let small = x.unsigned_abs() < SMALL && y.unsigned_abs() < SMALL;
-        let product =
-            |a: i32, b: i32| if small { i64::from(a.wrapping_mul(b)) } else { i64::from(a) * i64::from(b) };
-        let signed = sign * x;
-        let (xx, xy) = (signed * x, signed * y);
-        self.area += i64::from(signed);
-        self.x += i64::from(xx);
-        self.y += i64::from(xy);
-        self.xx += product(xx, x);
-        self.xy += product(xx, y);
-        self.yy += product(xy, y);
-    }
-
-    /// Adds sums about a place that lies `(x, y)` px farther; they have as many signs of either kind in each row.
-    fn join(&mut self, other: &Self, (x, y): (i64, i64)) {
-        let Self { area, .. } = *other;
-        // About its column.
-        let (xx, row) = (other.x + 2 * x * area, other.y);
-        self.area += area;
-        self.x += xx;
-        self.xx += other.xx + 3 * x * (other.x + x * area);
-        self.y += row + y * area;
-        self.xy += other.xy + 2 * x * row + y * xx;
-        self.yy += other.yy + y * (2 * row + y * area);
-    }
-
-    /// Makes moments of the sums about `(x, y)`: left of a transition there are x pixels, whose columns add up to
-    /// x (x - 1) / 2 and their squares to x (x - 1) (2 x - 1) / 6.
-    fn close(&mut self, place: (i64, i64)) {
-        let mut sums = Self::ZERO;
-        sums.join(self, place);
-        *self = Self {
-            area: sums.area,
-            x: (sums.x - sums.area) / 2,
-            y: sums.y,
-            xx: (2 * sums.xx - 3 * sums.x + sums.area) / 6,
-            xy: (sums.xy - sums.y) / 2,
-            yy: sums.yy,
-        };
-    }
-
-    /// Those of a filled ellipse about the pixel `(x, y)`.
-    pub fn of_ellipse(shape: &Shape, (x, y): (u16, u16), dark_inside: bool) -> Self {
-        let (cx, cy) = (shape.cx, shape.cy);
-        let det = shape.det();
-        let sign = if dark_inside { 1.0 } else { -1.0 };
-        let area = sign * core::f32::consts::PI / math::sqrt(det);
-        let sum = |mean: f32| (area * mean) as i64;
-        // Second moments of the area: a quarter of the inverse matrix, less what the square pixels have of their own.
-        let own = 1.0 / 12.0;
-        let (mxx, myy) = (0.25 * shape.ayy / det - own, 0.25 * shape.axx / det - own);
-        let about = Self {
-            area: sum(1.0),
-            x: sum(cx),
-            y: sum(cy),
-            xx: sum(mxx + cx * cx),
-            xy: sum(cx * cy - 0.25 * shape.axy / det),
-            yy: sum(myy + cy * cy),
-        };
-        about.shifted(i64::from(x), i64::from(y))
-    }
-
-    /// The same with everything `(x, y)` px farther.
-    fn shifted(&self, x: i64, y: i64) -> Self {
-        Self {
-            area: self.area,
-            x: self.x + x * self.area,
-            y: self.y + y * self.area,
-            xx: self.xx + 2 * x * self.x + x * x * self.area,
-            xy: self.xy + x * self.y + y * self.x + x * y * self.area,
-            yy: self.yy + 2 * y * self.y + y * y * self.area,
-        }
-    }
-}
 
 /// How much of an outline is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -162,16 +162,8 @@ impl<'s> Strips<'s> {
     /// a region. A frame with regions takes the noise for that of the last one without.
     pub fn measure(&mut self, rows: &Rows<'_>, regions: &mut Regions<'_>) {
         let is_whole = regions.are_all();
-        if !is_whole {
-            while let Some(region) = regions.reach(self.blocks) {
-                self.open(region);
-            }
-            if !regions.is_under_way(self.blocks) {
-                self.blocks += 1;
-                self.calm_blocks += 1;
-                return;
-            }
-            self.leave();
+        if !is_whole && !self.enters(regions) {
+            return;
         }
         let frame = rows.width();
         let first = self.blocks * BLOCK_ROWS as u16;
@@ -181,8 +173,8 @@ impl<'s> Strips<'s> {
         }
         let contrast = self.noise.contrast;
         let width = u32::from(contrast) * ONES;
-        // A strip that is not chosen for its edges.
         if self.blocks.is_multiple_of(CHOSEN_BLOCKS) && is_whole {
+            // A strip that is not chosen for its edges.
             let chosen = usize::from(self.blocks) * CHOSEN_STEP % self.count.max(1);
             if let (Some(a), Some(b)) = (a.get(chosen), b.get(chosen)) {
                 self.noise.add(kernel::extremes(a, b), cells(chosen, frame));
@@ -222,18 +214,41 @@ impl<'s> Strips<'s> {
             }
             take(strip, extremes, contrast);
         }
-        let crowded = restless.filter(|restless| is_whole && is_crowded(restless, frame));
-        if let Some(restless) = crowded.filter(|_| self.blocks > 0) {
-            self.noise.replace(&restless);
-        }
-        if crowded.is_some() || is_whole && self.noise.count >= CELLS_WANTED {
-            self.noise.settle();
+        if is_whole {
+            self.settle(restless, frame);
         }
         self.blocks += 1;
         self.calm_blocks += 1;
         if restless.is_some() {
             self.calm_blocks = 0;
             self.find_steps(contrast);
+        }
+    }
+
+    /// Opens the regions that begin with the block; whether any is under way. Otherwise the block is over.
+    fn enters(&mut self, regions: &mut Regions<'_>) -> bool {
+        while let Some(region) = regions.reach(self.blocks) {
+            self.open(region);
+        }
+        let under_way = regions.is_under_way(self.blocks);
+        if under_way {
+            self.leave();
+        } else {
+            self.blocks += 1;
+            self.calm_blocks += 1;
+        }
+        under_way
+    }
+
+    /// Takes the noise of the strips that are not calm where there are too many of them, and settles what is known of it.
+    #[inline(always)]
+    fn settle(&mut self, restless: Option<Noise>, frame: u16) {
+        let crowded = restless.filter(|restless| is_crowded(restless, frame));
+        if let Some(restless) = crowded.filter(|_| self.blocks > 0) {
+            self.noise.replace(&restless);
+        }
+        if crowded.is_some() || self.noise.count >= CELLS_WANTED {
+            self.noise.settle();
         }
     }
 

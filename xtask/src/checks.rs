@@ -1,6 +1,9 @@
 //! The steps that need nothing but the host's toolchain.
 
-use anyhow::Result;
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
 
 use crate::Root;
 use crate::bench::FEATURES;
@@ -23,6 +26,32 @@ pub fn lint(root: &Root, tally: &mut Tally) -> Result<()> {
         [vec!["--workspace", "--all-targets"], vec!["--package", "concentric", "--all-features"], lean(None)];
     for selection in selections.into_iter().chain(FEATURES.map(|feature| lean(Some(feature)))) {
         tally.run(root.cargo(&["clippy", "--quiet"]).args(selection).args(["--", "-D", "warnings"]));
+    }
+    let mut too_long = Vec::new();
+    find_too_long(&root.folder, &mut too_long)?;
+    let is_good = too_long.is_empty();
+    tally.check(
+        is_good.then_some(()).with_context(|| format!("{MAX_LINES} lines or more: {}", too_long.join(", "))),
+    );
+    Ok(())
+}
+
+/// Lines that a source file must not reach.
+const MAX_LINES: usize = 400;
+
+/// The source files in `folder` and below that reach [`MAX_LINES`].
+fn find_too_long(folder: &Path, too_long: &mut Vec<String>) -> Result<()> {
+    for entry in fs::read_dir(folder).with_context(|| format!("cannot read {}", folder.display()))? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if path.is_dir() && name != "target" && !name.starts_with('.') {
+            find_too_long(&path, too_long)?;
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let lines = fs::read_to_string(&path)?.lines().count();
+            if lines >= MAX_LINES {
+                too_long.push(format!("{} ({lines})", path.display()));
+            }
+        }
     }
     Ok(())
 }
@@ -50,4 +79,25 @@ pub fn host(root: &Root, tally: &mut Tally) -> Result<()> {
         tally.run_tests(root.cargo(&["test", "--release", "--lib"]).args(lean(feature)))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_that_are_too_long_are_named() {
+        let folder = std::env::temp_dir().join(format!("concentric-lines-{}", std::process::id()));
+        fs::create_dir_all(folder.join("below/target")).unwrap();
+        for (name, lines) in
+            [("a.rs", 399), ("below/b.rs", 400), ("below/c.txt", 900), ("below/target/d.rs", 900)]
+        {
+            fs::write(folder.join(name), "\n".repeat(lines)).unwrap();
+        }
+        let mut too_long = Vec::new();
+        find_too_long(&folder, &mut too_long).unwrap();
+        fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(too_long.len(), 1);
+        assert!(too_long[0].ends_with("b.rs (400)"), "{too_long:?}");
+    }
 }
