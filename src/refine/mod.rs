@@ -23,7 +23,7 @@ use normals::Normals;
 use pixel::{Expected, Slope};
 
 /// How far from an outline the pixels are looked at, px: for the levels well beyond the edge.
-const REACH: f32 = 8.0;
+const REACH: f32 = 16.0;
 /// Most steps.
 const STEPS: usize = 8;
 /// A step below this, px, is the last.
