@@ -131,6 +131,18 @@ fn refinement_is_never_worse() {
     }
 }
 
+/// Rows of overexposed targets, evenly lit or not: no frame is far off, because one would be most of the mean.
+#[test]
+fn clipped_levels_cost_little() {
+    let clipped: Vec<_> = STUDY.outcomes.iter().filter(|outcome| outcome.cell.slice == "gain").collect();
+    assert_eq!(clipped.len(), 2);
+    for outcome in clipped {
+        let rows = outcome.figures(MAIN).expect("all are found");
+        assert_eq!(rows.found, rows.frames, "{}", outcome.cell.name());
+        assert!(rows.ratio() < 1.7, "{}: {}", outcome.cell.name(), rows.ratio());
+    }
+}
+
 /// What does not depend on the draw of the noise. The goals themselves have their tests with made-up errors.
 #[test]
 fn goals_that_do_not_hang_on_chance_are_reached() {

@@ -106,11 +106,10 @@ pub(crate) fn place(
         let placed = views.local(crossing).and_then(|local| {
             let placed = Profile::new(&local, crossing, (&light, &light.at(&local)), &sharpness).place()?;
             placed.add_noise(&mut noise);
-            let [first, .., last] = placed.residuals;
             let share = |residual: i32, bits: u32| (residual + (1 << (bits - 1))) >> bits;
             Some(EdgePoint {
                 offset: (share(local.sign * placed.place, 4) - 128) as i16,
-                excess: share(first + last, 7).clamp(-128, 127) as i8,
+                excess: placed.excess().clamp(-128, 127) as i8,
                 misfit: share(placed.misfit(), 6).clamp(0, 255) as u8,
             })
         });
@@ -130,14 +129,24 @@ pub(super) struct Placed {
 }
 
 impl Placed {
-    /// Adds what the samples tell of the noise: in the differences across the edge the light beside it and its place cancel.
+    /// What the samples tell of the noise: in differences across the edge the light beside it and its place cancel.
+    pub fn differences(&self) -> [i32; 2] {
+        let [a, b, c, d] = self.residuals;
+        [a - d, b - c]
+    }
+
     fn add_noise(&self, spread: &mut Spread) {
         /// Of the reciprocal root of 2, and bits of a residual less one.
         const ROOT: i32 = 11_585;
-        let [a, b, c, d] = self.residuals;
-        for difference in [a - d, b - c] {
+        for difference in self.differences() {
             spread.add_fixed(scale(difference, ROOT), ONE.ilog2());
         }
+    }
+
+    /// Lightness beside the edge, 1/256 of the contrast.
+    pub fn excess(&self) -> i32 {
+        let [first, .., last] = self.residuals;
+        (first + last + (1 << 6)) >> 7
     }
 
     /// Largest residual.

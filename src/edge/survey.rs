@@ -11,7 +11,8 @@ use crate::scan::Pool;
 /// An edge point as its ellipse has it.
 pub(crate) struct Point {
     pub view: View,
-    /// Lightness beside the edge beyond what the levels give, and largest difference of a sample from the profile.
+    /// Lightness beside the edge beyond what the levels give, 1/256 of the contrast, and largest difference of a sample from the
+    /// profile.
     pub excess: i32,
     pub misfit: i32,
 }
@@ -44,9 +45,7 @@ impl<'a> Survey<'a> {
             let profile = Profile::new(local, crossing, (&self.gauge.light, &there), &self.gauge.sharpness);
             self.gauge.add(local, crossing, &profile.edge, &there);
             let Some(placed) = profile.place_from(local.at) else { continue };
-            let [a, b, c, d] = placed.residuals;
-            // In the differences across the edge the light beside it and its place cancel.
-            for difference in [a - d, b - c] {
+            for difference in placed.differences() {
                 squares += ((difference * difference) >> 14).unsigned_abs();
             }
             count += 4;
@@ -54,7 +53,7 @@ impl<'a> Survey<'a> {
             self.densities.1 += placed.densities.1.unsigned_abs() >> ONE.ilog2();
             take(&Point {
                 view: views.edge.view(local.axis, &local.conic, local.sign * placed.place),
-                excess: (a + d + (1 << 6)) >> 7,
+                excess: placed.excess(),
                 misfit: placed.misfit(),
             });
         }

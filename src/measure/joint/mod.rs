@@ -55,8 +55,8 @@ const SETTLED_BLUR: f32 = 0.1;
 const QUIET: f32 = 0.04;
 /// ... one with all below this: the next would be its square over the blur.
 const SETTLED: f32 = 0.05;
-/// The same where edges blur into each other, which the equations leave out.
-const SETTLED_OVERLAPPING: f32 = 0.01;
+/// The same where edges blur into each other, which the equations leave out, or where the points scatter.
+const SETTLED_WELL: f32 = 0.01;
 /// Residual, as a share of the contrast, that is no target at first, ...
 const FOREIGN: f32 = 0.5;
 /// ... and while few crossings are used, with room for so many standard deviations of the noise.
@@ -165,9 +165,17 @@ fn settle(
         let gate = Gate::new(false, limits::MISFIT * contrast + SIGMAS * noise.all, room, noise.calm);
         let step = steps.next(&scene, &gate)?;
         let moved = model.take(&step, size)?;
-        if moved < if overlapping { SETTLED_OVERLAPPING } else { SETTLED } {
+        if moved < if overlapping { SETTLED_WELL } else { SETTLED } {
             check_contrast(model.contrast()).ok()?;
-            return if pass.is_clean() { result(&model, &pass, noise.calm, circles) } else { None };
+            if !steps.pass.is_clean() {
+                return None;
+            }
+            circles.clear();
+            let light = result(&model, steps.pass, noise.calm, circles);
+            // Points scatter too while the light is still off.
+            if light.is_some() || moved < SETTLED_WELL {
+                return light;
+            }
         }
     }
     None
