@@ -44,10 +44,11 @@ struct Frame {
 
 fn main() -> Result<()> {
     let arguments: Vec<_> = env::args().skip(1).collect();
-    let (folder, sizes) = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        [folder] => (folder, &SIZES[..]),
-        [folder, "--quick"] => (folder, &SIZES[..1]),
-        _ => bail!("usage: bench FOLDER [--quick]"),
+    let (folder, sizes, scene) = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [folder] => (folder, &SIZES[..], ""),
+        [folder, "--quick"] => (folder, &SIZES[..1], ""),
+        [folder, "--scene", scene] => (folder, &SIZES[..], scene),
+        _ => bail!("usage: bench FOLDER [--quick | --scene NAME]"),
     };
     let folder = Path::new(folder);
     let mut pictures = Vec::new();
@@ -66,6 +67,10 @@ fn main() -> Result<()> {
             frames.push(frame.with_runs());
         }
         frames.push(frame);
+    }
+    frames.retain(|frame| frame.name().contains(scene));
+    if frames.is_empty() {
+        bail!("no frame has `{scene}` in its name, as `60 targets 320x240` or `radius 30 320x240`");
     }
     let mut bytes = Vec::new();
     for word in [MAGIC, frames.len().try_into()?] {
@@ -86,6 +91,10 @@ impl Frame {
         let (width, height) = (width as u32, height as u32);
         let report = String::new();
         Self { scene: name, width, height, targets: 0, dropped: 0, report, pixels, regions: None, runs: None }
+    }
+
+    fn name(&self) -> String {
+        format!("{} {}x{}", self.scene, self.width, self.height)
     }
 
     /// The same when `most` of its targets are followed from the frame before.
@@ -162,7 +171,7 @@ impl Frame {
         let mut rest = scan.finish()?;
         rest.by_ref().for_each(|target| report.push(&target));
         let summary: Summary = rest.summary();
-        println!("{} {} x {}: {:?}", self.scene, self.width, self.height, summary.used);
+        println!("{}: {:?}", self.name(), summary.used);
         let mut bytes = [0; max_len(MAX_TARGETS, DETAIL)];
         self.report = report.finish(&summary, &mut bytes)?.iter().map(|byte| format!("{byte:02x}")).collect();
         self.targets = summary.targets;

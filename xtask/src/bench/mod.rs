@@ -21,7 +21,7 @@ use crate::steps::{Tally, output_of};
 use processor::{ALL, Processor};
 use results::{Measured, Results};
 pub use run::FEATURES;
-use run::{Job, counter};
+use run::{Frames, Job, counter};
 
 const HELP: &str = "\
 Measures instructions, flash and stack of the library on Cortex-M0+, M4F, M33, M7 and RV32IMC, in QEMU.
@@ -30,6 +30,8 @@ Usage: cargo xtask bench [OPTIONS]
 
   --only NAME   one processor: m0plus, m4f, m33, m33-dsp, m7, rv32imc
   --quick       small frames only, and no builds for the flash of the library
+  --scene NAME  only frames that have this in their names, as `60 targets 320x240` or `radius 30`,
+                and where their instructions go: with all features, and without
   --out FOLDER  write bench.md and bench.json there
   --check       compare with xtask/bench/baseline.json: nothing may be more than 3 % worse
   --bless       write the baseline anew";
@@ -38,6 +40,7 @@ Usage: cargo xtask bench [OPTIONS]
 struct Options {
     only: Option<String>,
     quick: bool,
+    scene: Option<String>,
     out: Option<PathBuf>,
     check: bool,
     bless: bool,
@@ -54,6 +57,7 @@ impl Options {
                 "--only" => options.only = Some(value()?),
                 "--out" => options.out = Some(std::env::current_dir()?.join(value()?)),
                 "--quick" => options.quick = true,
+                "--scene" => options.scene = Some(value()?),
                 "--check" => options.check = true,
                 "--bless" => options.bless = true,
                 unknown => bail!("no option `{unknown}`; `cargo xtask bench --help` lists them"),
@@ -61,6 +65,11 @@ impl Options {
         }
         if options.bless && options.quick {
             bail!("`--bless` needs all frames: leave out `--quick`");
+        }
+        if options.scene.is_some() && (options.bless || options.check || options.quick) {
+            bail!(
+                "`--scene` measures some frames by themselves: leave out `--bless`, `--check` and `--quick`"
+            );
         }
         Ok(options)
     }
@@ -74,8 +83,19 @@ pub fn command(root: &Root, arguments: &[String]) -> Result<ExitCode> {
     }
     let options = Options::read(arguments)?;
     let processors = processor::selected(options.only.as_deref())?;
-    let results = measure(root, &processors, options.quick)?;
-    let page = page::page(&results);
+    let (results, page) = match &options.scene {
+        Some(scene) => {
+            let results = measure(root, &processors, Frames::Named(scene))?;
+            let page = page::scene(&results);
+            (results, page)
+        }
+        None => {
+            let results =
+                measure(root, &processors, if options.quick { Frames::Small } else { Frames::All })?;
+            let page = page::page(&results);
+            (results, page)
+        }
+    };
     println!("\n{page}");
     if let Some(folder) = &options.out {
         fs::create_dir_all(folder)?;
@@ -101,11 +121,11 @@ pub fn step(root: &Root, tally: &mut Tally) -> Result<()> {
             tally.run(&mut clippy);
         }
     }
-    let results = measure(root, &ALL, true)?;
+    let results = measure(root, &ALL, Frames::Small)?;
     check(root, &results, tally)
 }
 
-fn measure(root: &Root, processors: &[Processor], quick: bool) -> Result<Results> {
+fn measure(root: &Root, processors: &[Processor], frames: Frames<'_>) -> Result<Results> {
     for emulator in [Emulator::Arm, Emulator::Riscv32] {
         if processors.iter().any(|processor| processor.emulator == emulator) {
             emulator.ensure()?;
@@ -116,11 +136,12 @@ fn measure(root: &Root, processors: &[Processor], quick: bool) -> Result<Results
     }
     let emulator = output_of(Command::new(processors[0].emulator.program()).arg("--version"));
     let emulator = emulator.and_then(|text| text.lines().next().map(str::to_owned)).unwrap_or_default();
-    let job = Job::prepare(root, quick)?;
-    let lean = Job::prepare_lean(root)?;
+    let job = Job::prepare(root, frames)?;
+    let lean = Job::prepare_lean(root, if frames == Frames::All { Frames::Small } else { frames })?;
+    let in_full = frames == Frames::All;
     let measured = processors.iter().map(|processor| {
         let measure =
-            |job: &Job| job.measure(root, processor, !quick).with_context(|| processor.name.to_owned());
+            |job: &Job| job.measure(root, processor, in_full).with_context(|| processor.name.to_owned());
         Ok(Measured { lean: Some(Box::new(measure(&lean)?)), ..measure(&job)? })
     });
     Ok(Results { emulator, processors: measured.collect::<Result<_>>()? })

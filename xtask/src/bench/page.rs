@@ -71,6 +71,28 @@ pub fn page(results: &Results) -> String {
     page
 }
 
+/// What a look at some frames shows: the instructions of each up to the candidates, from these to targets, and for the report; then
+/// those of the functions in all of them.
+pub fn scene(results: &Results) -> String {
+    let measured: Vec<(&Processor, &Measured)> =
+        ALL.iter().filter_map(|processor| Some((processor, results.of(processor.id)?))).collect();
+    let look = |title: &str, measured: &[(&Processor, &Measured)]| {
+        let Some((_, first)) = measured.first() else { return String::new() };
+        let rows = first.frames.iter().map(|frame| {
+            let figure =
+                |f: &Frame| [f.scan, f.target, f.report].map(|c| c.instructions.to_string()).join(" ");
+            let figures =
+                measured.iter().map(|(_, m)| m.frame(&frame.scene, frame.width).map_or("".into(), figure));
+            [frame.name(), frame.targets.to_string()].into_iter().chain(figures).collect()
+        });
+        let frames = table(&head(&["frame", "targets"], measured), rows);
+        format!("## {title}\n\n{frames}\n{}", functions(measured))
+    };
+    let lean: Vec<(&Processor, &Measured)> =
+        measured.iter().filter_map(|(p, m)| Some((*p, m.lean.as_deref()?))).collect();
+    look("With all features", &measured) + &look("Without features", &lean)
+}
+
 /// A table of Markdown.
 pub fn table(head: &[String], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
@@ -190,9 +212,11 @@ fn functions(measured: &[(&Processor, &Measured)]) -> String {
         .map(|(processor, m)| {
             let sum: u64 = m.frames.iter().map(Frame::total).sum::<Counts>().instructions;
             let rows = m.functions.iter().map(|(name, instructions)| {
-                vec![format!("`{name}`"), format!("{:.1} %", 100.0 * *instructions as f64 / sum as f64)]
+                let share = 100.0 * *instructions as f64 / sum as f64;
+                vec![format!("`{name}`"), instructions.to_string(), format!("{share:.1} %")]
             });
-            format!("{}:\n\n{}\n", processor.name, table(&["function".into(), "share".into()], rows))
+            let head = ["function", "instructions", "share"].map(str::to_owned);
+            format!("{}:\n\n{}\n", processor.name, table(&head, rows))
         })
         .collect()
 }

@@ -23,8 +23,9 @@ use super::results::{Counts, Frame, Measured, Symbols};
 const ENTRY: &str = "measure_frame";
 /// Compiles for size.
 const FOR_SIZE: &str = "profile.release.opt-level='s'";
-/// Functions that are listed with their instructions.
+/// Functions that are listed with their instructions, and where few frames are looked at.
 const LISTED: usize = 20;
+const LISTED_OF_FEW: usize = 60;
 /// Longest wait for a firmware. The slowest takes a tenth of it on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(600);
 
@@ -44,6 +45,27 @@ pub const FEATURES: [&str; 3] = ["arcs", "camera", "joint"];
 /// Leaves them out.
 const LEAN: [&str; 1] = ["--no-default-features"];
 
+/// Which frames are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Frames<'a> {
+    /// All of them.
+    All,
+    /// The small ones.
+    Small,
+    /// Those that have this in their names.
+    Named(&'a str),
+}
+
+impl Frames<'_> {
+    fn arguments(self) -> Vec<String> {
+        match self {
+            Self::All => Vec::new(),
+            Self::Small => vec!["--quick".to_owned()],
+            Self::Named(name) => vec!["--scene".to_owned(), name.to_owned()],
+        }
+    }
+}
+
 /// What every processor is given.
 pub struct Job {
     folder: PathBuf,
@@ -51,6 +73,8 @@ pub struct Job {
     wanted: Vec<Wanted>,
     /// Which features the library is built with, for cargo.
     selection: &'static [&'static str],
+    /// Functions that are listed.
+    listed: usize,
 }
 
 impl Job {
@@ -58,28 +82,28 @@ impl Job {
     ///
     /// # Errors
     /// Something does not build.
-    pub fn prepare(root: &Root, quick: bool) -> Result<Self> {
-        Self::select(root, quick, ("bench", &[]))
+    pub fn prepare(root: &Root, frames: Frames<'_>) -> Result<Self> {
+        Self::select(root, frames, ("bench", &[]))
     }
 
-    /// The same for the library without its features, always with the small frames only.
+    /// The same for the library without its features.
     ///
     /// # Errors
     /// As [`prepare`](Self::prepare).
-    pub fn prepare_lean(root: &Root) -> Result<Self> {
-        Self::select(root, true, ("bench/lean", &LEAN))
+    pub fn prepare_lean(root: &Root, frames: Frames<'_>) -> Result<Self> {
+        Self::select(root, frames, ("bench/lean", &LEAN))
     }
 
     fn select(
         root: &Root,
-        quick: bool,
+        frames: Frames<'_>,
         (folder, selection): (&str, &'static [&'static str]),
     ) -> Result<Self> {
         let folder = root.target.join(folder);
         fs::create_dir_all(&folder)?;
         let mut render = root.cargo(&["run", "--quiet", "--release", "--package", "concentric-host"]);
         render.args(selection).args(["--example", "bench", "--"]).arg(&folder);
-        render.args(quick.then_some("--quick"));
+        render.args(frames.arguments());
         steps::run(&mut render)?;
         let wanted = serde_json::from_slice(&fs::read(folder.join("frames.json"))?)?;
         steps::run(counter(root, "build").args(["--quiet", "--release"]))?;
@@ -87,7 +111,8 @@ impl Job {
             format!("{}concentric_counter{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
         let plugin = root.target.join("counter/release").join(library);
         ensure!(plugin.is_file(), "the build left no {}", plugin.display());
-        Ok(Self { folder, plugin, wanted, selection })
+        let listed = if matches!(frames, Frames::Named(_)) { LISTED_OF_FEW } else { LISTED };
+        Ok(Self { folder, plugin, wanted, selection, listed })
     }
 
     /// Measures on a processor; `in_full` with what takes more builds.
@@ -187,7 +212,7 @@ impl Job {
             take_counts(line, &mut measured).with_context(|| format!("the plugin writes `{line}`"))?;
         }
         measured.functions.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
-        measured.functions.truncate(LISTED);
+        measured.functions.truncate(self.listed);
         Ok(measured)
     }
 }
