@@ -42,6 +42,7 @@ fn change(request: Request, to: Changeable<'_>) -> Result<(), Outcome> {
             *to.format = format;
         }
         Request::WholeEvery(period) => *to.period = period,
+        Request::PxPerRun(px) => to.settings.px_per_run = px,
     }
     Ok(())
 }

@@ -50,6 +50,8 @@ pub enum Request {
     Format(Format),
     /// One frame in so many is searched as a whole, the others only where targets are expected; 0 and 1: all as a whole.
     WholeEvery(u16),
+    /// Pixels of the frame for each dark run, [`Settings::px_per_run`]; 0: no bound.
+    PxPerRun(u16),
 }
 
 /// A request and a number to know its answer by.
@@ -162,6 +164,8 @@ pub struct HeadSettings {
     pub format: Format,
     /// Frames from one that is searched as a whole to the next; 0 and 1: all are.
     pub whole_every: u16,
+    /// Pixels of the frame for each dark run that may be followed; 0: no bound.
+    pub px_per_run: u16,
 }
 
 impl HeadSettings {
@@ -173,7 +177,8 @@ impl HeadSettings {
             let _ = ratios.push(crate::math::round(ratio * RATIO_ONE) as u16);
         }
         let polarity = settings.spec.polarity();
-        Self { ratios, polarity, compensation: settings.compensation, detail, format, whole_every }
+        let Settings { compensation, px_per_run, .. } = *settings;
+        Self { ratios, polarity, compensation, detail, format, whole_every, px_per_run }
     }
 }
 

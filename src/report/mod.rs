@@ -55,7 +55,7 @@ use crate::track::Track;
 use crate::{Summary, Target};
 
 /// Version of the wire format, the first byte of every message.
-pub const WIRE_VERSION: u8 = 4;
+pub const WIRE_VERSION: u8 = 5;
 
 /// Byte that ends every message and occurs in none.
 pub const SEPARATOR: u8 = 0;

@@ -76,6 +76,12 @@ pub struct Args {
     #[arg(long)]
     refine: bool,
 
+    /// Follow at most one dark run for N pixels of the picture, as a camera head does to bound its time; 0: no bound
+    ///
+    /// What is dropped is told with each picture
+    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT_PX_PER_RUN)]
+    px_per_run: u16,
+
     /// Print one JSON object per image and line
     #[arg(long, conflicts_with = "csv")]
     json: bool,
@@ -156,7 +162,9 @@ pub fn parse_png_path(text: &str) -> Result<PathBuf> {
 pub fn execute(args: &Args, out: &mut dyn Write) -> Result<bool> {
     let spec = if args.light { args.ratio.light() } else { args.ratio };
     let usual = if args.camera.is_some() { Mode::Known } else { Mode::Exact };
-    let mut settings = Settings::new(spec).compensation(args.compensation.unwrap_or(usual).into());
+    let mut settings = Settings::new(spec)
+        .compensation(args.compensation.unwrap_or(usual).into())
+        .px_per_run(args.px_per_run);
     settings.code = code(args)?;
     ensure!(
         args.camera.is_some() || settings.compensation != Compensation::Known,
@@ -322,6 +330,7 @@ mod tests {
             images: images.iter().map(PathBuf::from).collect(),
             ratio: TargetSpec::any(),
             light: false,
+            px_per_run: Settings::DEFAULT_PX_PER_RUN,
             compensation: None,
             camera: None,
             coplanar: false,

@@ -31,9 +31,10 @@ impl FromStr for Word {
             "compensation" => Request::Compensation(one_of(text, &COMPENSATIONS)?),
             "detail" => Request::Detail(one_of(text, &DETAILS)?),
             "format" => Request::Format(one_of(text, &FORMATS)?),
-            "whole-every" => Request::WholeEvery(frames(value)?),
+            "whole-every" => Request::WholeEvery(number(name, "frames", value)?),
+            "px-per-run" => Request::PxPerRun(number(name, "pixels", value)?),
             _ => bail!(
-                "wanted settings, hello, ratio=, polarity=, compensation=, detail=, format= or whole-every="
+                "wanted settings, hello, ratio=, polarity=, compensation=, detail=, format=, whole-every= or px-per-run="
             ),
         }))
     }
@@ -79,9 +80,9 @@ fn ratios(text: &str) -> Result<Ratios> {
     Ok(ratios)
 }
 
-/// A number of frames.
-fn frames(text: &str) -> Result<u16> {
-    text.parse().ok().context("whole-every: wanted a number of frames from 0 to 65535, as in 10")
+/// So many of something.
+fn number(name: &str, what: &str, text: &str) -> Result<u16> {
+    text.parse().ok().with_context(|| format!("{name}: wanted a number of {what} from 0 to 65535, as in 10"))
 }
 
 /// Sends the commands, each when the one before is answered. `answered` has the tags of the answers.
@@ -134,7 +135,9 @@ mod tests {
         assert_eq!(read("detail=full"), Ok(Request::Detail(Detail::Full)));
         assert_eq!(read("format=text"), Ok(Request::Format(Format::Text)));
         assert_eq!(read("whole-every=10"), Ok(Request::WholeEvery(10)));
-        assert!(read("whole-every=-1").unwrap_err().contains("0 to 65535"));
+        assert!(read("whole-every=-1").unwrap_err().contains("frames from 0 to 65535"));
+        assert_eq!(read("px-per-run=32"), Ok(Request::PxPerRun(32)));
+        assert!(read("px-per-run=").unwrap_err().contains("pixels from 0 to 65535"));
         assert_eq!(read("settings"), Ok(Request::Settings));
         assert_eq!(read("hello"), Ok(Request::Hello));
         assert_eq!(read("detail=fine"), Err("detail: wanted one of terse, normal, full".into()));

@@ -50,6 +50,7 @@ struct Settings {
     detail: String,
     format: String,
     whole_every: u16,
+    px_per_run: u16,
 }
 
 #[derive(Serialize)]
@@ -140,7 +141,8 @@ pub(super) fn hello(hello: &Hello) -> String {
 
 /// The line of an answer.
 pub(super) fn answer(answer: &Answer) -> String {
-    let HeadSettings { ratios, polarity, compensation, detail, format, whole_every } = &answer.settings;
+    let HeadSettings { ratios, polarity, compensation, detail, format, whole_every, px_per_run } =
+        &answer.settings;
     print(&Line::Answer {
         tag: answer.tag,
         outcome: answer.outcome.to_string(),
@@ -151,6 +153,7 @@ pub(super) fn answer(answer: &Answer) -> String {
             detail: lower(detail),
             format: lower(format),
             whole_every: *whole_every,
+            px_per_run: *px_per_run,
         },
     })
 }

@@ -7,7 +7,7 @@ use concentric_host::{detect, measure::px, picture::Picture};
 use image::{ExtendedColorType, ImageEncoder};
 use serde_json::Value;
 
-use super::support::{CENTRE, Folder, assert_refused, json, png, size, text};
+use super::support::{CENTRE, Folder, assert_error, assert_refused, json, png, size, text};
 
 #[test]
 fn bad_ratios_name_the_range() {
@@ -261,6 +261,20 @@ fn the_table_is_plain_in_a_pipe() {
     assert!(printed.starts_with("a.png: 1 target (1280 x 1024 px)\n"), "{printed}");
     assert!(printed.contains("  1  640.") && printed.contains("rejected: "), "{printed}");
     assert!(!printed.contains('\u{1b}') && output.stderr.is_empty());
+}
+
+#[test]
+fn runs_beyond_the_bound_are_dropped_and_told() {
+    let folder = Folder::new();
+    folder.photo("a.png");
+    let told = |bound: &str| {
+        let output = folder.run(&["detect", "--json", "--px-per-run", bound, "a.png"]);
+        let line = &json(&output)[0];
+        (line["targets"].as_array().unwrap().len(), line["dropped"]["runs"].as_u64().unwrap())
+    };
+    assert_eq!([told("0"), told("8")], [(1, 0), (1, 0)]);
+    assert!(told("65535").1 > 0);
+    assert_error(&folder.run(&["detect", "--px-per-run", "70000", "a.png"]), &["px-per-run", "65535"]);
 }
 
 #[test]

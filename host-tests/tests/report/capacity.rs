@@ -252,6 +252,7 @@ fn commands_and_answers_of_the_largest_fields_have_the_length_that_is_told() {
         detail: Detail::Full,
         format: Format::Text,
         whole_every: u16::MAX,
+        px_per_run: u16::MAX,
     };
     let outcome = Answered::Ratio { value: u16::MAX, min: u16::MAX, max: u16::MAX };
     let answer = Answer { tag: u16::MAX, outcome, settings };

@@ -123,6 +123,7 @@ fn requests_and_outcomes_have_the_numbers_of_their_tables() {
         ("detail", Request::Detail(Detail::Full)),
         ("format", Request::Format(Format::Text)),
         ("whole every", Request::WholeEvery(10)),
+        ("px per run", Request::PxPerRun(32)),
     ];
     let sent = requests.map(|(name, request)| {
         let mut buffer = [0; COMMAND_MAX_LEN];
