@@ -83,8 +83,8 @@ impl Side {
         self.xy += (nx * y) >> PLACE_BITS;
         self.yy += (ny * y) >> PLACE_BITS;
         self.r += i64::from(all.r);
-        self.rx += scene.place_sum(all.rx) >> (14 + SLOPE_BITS - PLACE_BITS - 6);
-        self.ry += scene.place_sum(all.ry) >> (14 + SLOPE_BITS - PLACE_BITS - 6);
+        self.rx += i64::from(all.r) * i64::from(x);
+        self.ry += i64::from(all.r) * i64::from(y);
     }
 
     /// Equations of the level and of the light's slopes, which change the side's level by `level`, where the light has the slopes

@@ -222,9 +222,8 @@ impl Steps<'_> {
         let mut lights = [(0, 0); PARTS];
         let stride = if gate.few { edge.stride() } else { 1 };
         for crossing in self.pool.iter(edge.crossings).step_by(stride) {
-            let view = View::new(scene, track, crossing, self.origin);
-            // By reference, because it is large.
-            let Some(view) = &view else { continue };
+            let mut room = None;
+            let Some(view) = View::new(scene, track, crossing, self.origin, &mut room) else { continue };
             let sector = sector(view.direction());
             let part = sector as usize / SECTORS_OF_PART;
             let (part, light) = (parts.get_mut(part), lights.get_mut(part));
@@ -244,8 +243,8 @@ impl Steps<'_> {
             }
             *light += samples.excess();
             *count += 1;
-            part.add(view, &samples, scene);
-            let clipped = [-1, 1].map(|side| pass.add_far(part, view, side, gate));
+            part.add(&view, &samples, scene);
+            let clipped = [-1, 1].map(|side| pass.add_far(part, &view, side, gate));
             pass.clipped += u32::from(clipped != [false; 2]);
             if part.crossings == FULL {
                 pass.arrow.add(part, scene);

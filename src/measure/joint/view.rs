@@ -5,7 +5,7 @@ use super::part::Residuals;
 use super::samples::{Far, Samples, Stretch};
 use super::scene::{Scene, Seen, Track};
 use crate::appearance::Saddle;
-use crate::edge::normal_fixed;
+use crate::edge::{normal_fixed, normal_near};
 use crate::fit::Passage;
 use crate::fixed::{BEND, GREY, ONE, PX, fixed, scale};
 use crate::measure::Origin;
@@ -37,7 +37,7 @@ pub(super) struct View<'s> {
     /// The middle between its inner samples about the origin, px / 2, along and across the axis.
     middle: (i32, i32),
     /// In the undistorted plane, where a lens distorts the image.
-    exact: Option<exact::Place>,
+    exact: Option<&'s exact::Place>,
     passage: Passage,
     /// Where the level of one half is, standard deviations of the blur towards light.
     lead: i32,
@@ -45,19 +45,21 @@ pub(super) struct View<'s> {
     series: [i32; 4],
     /// 1 where the axis leads towards light, else -1.
     sign: i32,
-    /// Light at the middle; and its change along the axis, 1/px, with 64 times its unit.
+    /// Light at the middle; dark and the contrast there, grey levels with [`ONE`] and 64 times their unit.
     light: i32,
-    slope: i32,
+    dark: i32,
+    contrast: i32,
 }
 
 impl<'s> View<'s> {
-    /// `None` where the crossing is none of the outline's. Not inlined, so that what is chosen by the axis has an address.
-    #[inline(never)]
+    /// `None` where the crossing is none of the outline's. `room` is for what a lens makes of it.
+    #[inline]
     pub fn new(
         scene: &'s Scene<'s>,
         track: &'s Track<'s>,
         crossing: &'s Crossing,
         origin: &Origin,
+        room: &'s mut Option<exact::Place>,
     ) -> Option<Self> {
         let x = i32::from(crossing.x) - i32::from(origin.pixel.0);
         let y = i32::from(crossing.y()) - i32::from(origin.pixel.1);
@@ -65,16 +67,13 @@ impl<'s> View<'s> {
         let row = axis == Axis::Row;
         let [_, n0, n1, n2, n3, _] = crossing.near.map(u16::from);
         let rising = n2 + n3 > n0 + n1;
-        let (place, middle, slope) = if row {
-            ((2 * x - 1, 2 * y), (2 * x - 1, 2 * y), scene.slopes.0)
-        } else {
-            ((2 * x, 2 * y - 1), (2 * y - 1, 2 * x), scene.slopes.1)
-        };
-        let (exact, passage) = if origin.lens().is_some() {
+        let middle = if row { (2 * x - 1, 2 * y) } else { (2 * y - 1, 2 * x) };
+        let passage = if origin.lens().is_some() {
             let (exact, passage) = exact::Place::with_passage(axis, middle, origin, track.own.outline)?;
-            (Some(exact), passage)
+            *room = Some(exact);
+            passage
         } else {
-            (None, track.own.line(axis).passage(middle)?)
+            track.own.line(axis).passage(middle)?
         };
         let (cosine, change) = (passage.cosines.0, passage.change.0);
         let near = scale(passage.at.abs(), cosine.abs()) <= MAX_DISTANCE;
@@ -84,27 +83,21 @@ impl<'s> View<'s> {
             return None;
         }
         let bend = if track.dark_inside { passage.bend } else { -passage.bend };
-        let cosine = cosine.abs();
-        let square = scale(cosine, cosine);
-        let second = (scale(bend, ONE - square) * scene.sharpness) >> 13;
-        let third = -((scale(bend, cosine) * second) >> 15);
-        // In 1/16 of the unit of the others, because it is small.
-        let cube = || (((second * bend) >> 12) * bend + BEND / 2) >> 16;
-        let fourth = if track.own.tight { 0 } else { scale(cube(), 5 * square - ONE) };
-        let series = [scale(cosine, scene.sharpness), second, third, fourth];
+        let light = scene.light(if row { middle } else { (middle.1, middle.0) });
         Some(Self {
             scene,
             track,
             crossing,
             axis,
             middle,
-            exact,
+            exact: room.as_ref(),
             lead: scene.lead(bend),
-            series,
+            series: series(scene, track, (cosine.abs(), bend)),
             passage,
             sign: if rising { 1 } else { -1 },
-            light: scene.light(place),
-            slope,
+            light,
+            dark: scene.dark * light,
+            contrast: (scene.contrast * light) >> 8,
         })
     }
 
@@ -131,7 +124,7 @@ impl<'s> View<'s> {
     }
 
     /// The near samples, into a place that holds those of another crossing; perhaps none of them counts here.
-    #[inline(never)]
+    #[inline]
     pub fn samples(&self, samples: &mut Samples) {
         samples.own = self.owns();
         if self.track.own.tight || self.scene.overlapping {
@@ -140,19 +133,24 @@ impl<'s> View<'s> {
             self.model(samples);
         }
         self.compare(samples);
+        samples.n = NEAR as i32;
+        if !self.scene.all_told || samples.own != [true; NEAR] {
+            self.leave_out(samples);
+        }
         samples.residuals = Residuals::new(samples);
     }
 
     /// The near samples in the model, where one series is good for all and only this edge has a part in them.
+    #[inline]
     fn model(&self, samples: &mut Samples) {
         let (mut h, step) = (self.sign * (FIRST - self.passage.at), self.sign * PX);
         for i in 0..NEAR {
             let beyond = self.series(h);
             h += step;
-            let (share, density) = normal_fixed(beyond + self.lead);
-            samples.lightness[i] = share as i16;
-            samples.by_place[i] = density as i16;
-            samples.by_blur[i] = ((density * (self.lead - beyond)) >> 12) as i16;
+            let (share, density) = normal_near(beyond + self.lead);
+            samples.lightness[i] = share;
+            samples.by_place[i] = density;
+            samples.by_blur[i] = (density * (self.lead - beyond)) >> 12;
         }
     }
 
@@ -173,9 +171,9 @@ impl<'s> View<'s> {
             }
             all[i] = beyond;
             let (share, density) = normal_fixed(beyond + lead);
-            samples.lightness[i] = share as i16;
-            samples.by_place[i] = density as i16;
-            samples.by_blur[i] = ((density * (lead - beyond)) >> 12) as i16;
+            samples.lightness[i] = share;
+            samples.by_place[i] = density;
+            samples.by_blur[i] = (density * (lead - beyond)) >> 12;
         }
         if self.scene.overlapping {
             self.add_next(samples, &all);
@@ -183,24 +181,26 @@ impl<'s> View<'s> {
     }
 
     /// What they are beyond that.
+    #[inline]
     fn compare(&self, samples: &mut Samples) {
-        let scene = self.scene;
-        let mut light = (self.light << 7) + (1 << 6) - 5 * self.slope;
-        if scene.all_told && samples.own == [true; NEAR] {
-            samples.n = NEAR as i32;
-            for i in 0..NEAR {
-                let level = scale(scene.mixed(samples.lightness[i].into()), light >> 7);
-                light += 2 * self.slope;
-                samples.single[i] = (i32::from(self.crossing.near[i]) * GREY - level) as i16;
-            }
-            return;
+        let rise = self.scene.rise(self.axis);
+        let mut dark = self.dark + ONE / 2 - ((5 * rise.dark) >> 1);
+        let mut contrast = self.contrast + (1 << 5) - ((5 * rise.contrast) >> 1);
+        for i in 0..NEAR {
+            let level = (dark + (contrast >> 6) * samples.lightness[i]) >> 14;
+            samples.single[i] = i32::from(self.crossing.near[i]) * GREY - level;
+            dark += rise.dark;
+            contrast += rise.contrast;
         }
+    }
+
+    /// Takes out the samples that are not this edge's own, and those that the ends of the scale cut off.
+    #[inline(never)]
+    fn leave_out(&self, samples: &mut Samples) {
         samples.n = 0;
         for i in 0..NEAR {
-            let level = scale(scene.mixed(samples.lightness[i].into()), light >> 7);
-            light += 2 * self.slope;
-            if samples.own[i] && (scene.all_told || scene.is_told(level)) {
-                samples.single[i] = (i32::from(self.crossing.near[i]) * GREY - level) as i16;
+            let level = i32::from(self.crossing.near[i]) * GREY - samples.single[i];
+            if samples.own[i] && (self.scene.all_told || self.scene.is_told(level)) {
                 samples.n += 1;
             } else {
                 samples.own[i] = false;
@@ -218,7 +218,7 @@ impl<'s> View<'s> {
         if let Some(saddle) = &seen.saddle {
             return Some(self.beyond_tight(saddle, seen, at));
         }
-        let (depth, bend) = match &self.exact {
+        let (depth, bend) = match self.exact {
             Some(exact) => exact.distance(seen.outline, at),
             None => {
                 let line = seen.line(self.axis);
@@ -233,7 +233,7 @@ impl<'s> View<'s> {
     /// The same where the edge bends as tightly as the blur is wide.
     #[inline(never)]
     fn beyond_tight(&self, saddle: &Saddle, seen: &Seen<'_>, at: i32) -> (i32, i32) {
-        let (place, areas) = match &self.exact {
+        let (place, areas) = match self.exact {
             Some(exact) => exact.beside_centre(seen.outline, at),
             None => {
                 let (along, across) = seen.line(self.axis).about_centre(self.middle);
@@ -264,9 +264,9 @@ impl<'s> View<'s> {
                     break;
                 };
                 let (share, density) = normal_fixed(z + lead);
-                let light = i32::from(lightness[i]) + if side > 0 { share - ONE } else { share };
-                lightness[i] = light.clamp(-ONE / 8, ONE + ONE / 8) as i16;
-                by_blur[i] += ((density * (lead - z)) >> 12) as i16;
+                let light = lightness[i] + if side > 0 { share - ONE } else { share };
+                lightness[i] = light.clamp(-ONE / 8, ONE + ONE / 8);
+                by_blur[i] += (density * (lead - z)) >> 12;
                 own[i] = z.abs() > beyond[i].abs();
             }
         }
@@ -312,11 +312,13 @@ impl<'s> View<'s> {
         if tail >= TAIL || !self.is_clear(side, bright, log) {
             return Stretch::Mixed;
         }
-        let mixed = if bright { scene.bright - scene.step(tail) } else { scene.dark + scene.step(tail) };
         // Its middle, px / 2.
         let at = side * (6 + (1 << log));
-        let light = self.light + ((self.slope * at) >> 7);
-        let residual = level - scale(mixed, light);
+        let rise = scene.rise(self.axis);
+        let dark = self.dark + ONE / 2 + ((rise.dark * at) >> 1);
+        let contrast = (self.contrast + ((rise.contrast * at) >> 1) + (1 << 5)) >> 6;
+        let lightness = if bright { ONE - tail } else { tail };
+        let residual = level - ((dark + contrast * lightness) >> 14);
         Stretch::Clear(Far { log, bright, residual, place: self.place_at(at) })
     }
 
@@ -348,6 +350,18 @@ impl<'s> View<'s> {
         let last = first + side * (4 << log) - 4 * side;
         self.track.is_clear(self.axis, inwards, (first, last), 2 * self.middle.1)
     }
+}
+
+/// Standard deviations of the blur beyond an edge that bends by `bend`, as a power series of the distance on an axis with this cosine.
+#[inline]
+fn series(scene: &Scene<'_>, track: &Track<'_>, (cosine, bend): (i32, i32)) -> [i32; 4] {
+    let square = scale(cosine, cosine);
+    let second = (scale(bend, ONE - square) * scene.sharpness) >> 13;
+    let third = -((scale(bend, cosine) * second) >> 15);
+    // In 1/16 of the unit of the others, because it is small.
+    let cube = || (((second * bend) >> 12) * bend + BEND / 2) >> 16;
+    let fourth = if track.own.tight { 0 } else { scale(cube(), 5 * square - ONE) };
+    [scale(cosine, scene.sharpness), second, third, fourth]
 }
 
 /// Place of a near sample on the axis, px from the middle.
