@@ -109,12 +109,16 @@ impl Side {
     }
 }
 
+/// Bits by which the sums for what is shared are fewer.
+pub(super) const SHARED_BITS: u32 = 2;
+
 /// All of them.
 #[derive(Clone, Debug)]
 pub(super) struct Arrow {
     /// Of the outlines so far.
     pub outlines: Vec<Slot, MAX_CIRCLES>,
-    pub shared: Matrix<SHARED, i64>,
+    /// With [`SHARED_BITS`] fewer bits, for the room of all crossings.
+    pub shared: Matrix<SHARED, i32>,
     pub right: [i64; SHARED],
     /// Far stretches of the dark and of the light side.
     pub sides: [Side; 2],
@@ -198,7 +202,9 @@ impl Arrow {
         let [_, bright_bright, bright_x, bright_y] = here.with_levels(l, ll);
         let (mixed_x, mixed_y) = (here.mixed(dark_x, bright_x), here.mixed(dark_y, bright_y));
         let [blur_dark, blur_bright, blur_x, blur_y] = here.with_levels(scale(b, light), scale(lb, light));
-        let all = |a: i32, b: i32| i64::from(here.all(a, b));
+        let all = |a: i32, b: i32| {
+            ((a * b + (1 << (13 + SHARED_BITS))) >> (14 + SHARED_BITS)) * here.crossings
+        };
         let [dark, bright, along_x, along_y, blur] = &mut self.shared;
         dark[0] += all(light, dark_dark);
         bright[0] += all(light, dark_bright);
@@ -211,7 +217,7 @@ impl Arrow {
         }
         let rows = [blur_dark, blur_bright, blur_x, blur_y, scale(scale(bb, light), light)];
         for (sum, product) in blur.iter_mut().zip(rows) {
-            *sum += i64::from(product * here.crossings);
+            *sum += (product * here.crossings) >> SHARED_BITS;
         }
     }
 }
