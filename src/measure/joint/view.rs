@@ -41,8 +41,10 @@ pub(super) struct View<'s> {
     passage: Passage,
     /// Where the level of one half is, standard deviations of the blur towards light.
     lead: i32,
-    /// Standard deviations of the blur beyond the edge as a power series of the distance on the axis, px.
-    series: [i32; 4],
+    /// How far the near samples and the nearest pixels of the far stretches are beyond that, by the circle that fits the edge where
+    /// the axis passes it; and how that changes with the distance, 1/px.
+    beyond: [i32; NEAR + 2],
+    sharpness: i32,
     /// 1 where the axis leads towards light, else -1.
     sign: i32,
     /// Light at the middle; dark and the contrast there, grey levels with [`ONE`] and 64 times their unit.
@@ -84,6 +86,8 @@ impl<'s> View<'s> {
         }
         let bend = if track.dark_inside { passage.bend } else { -passage.bend };
         let light = scene.light(if row { middle } else { (middle.1, middle.0) });
+        let (lead, sign) = (scene.lead(bend), if rising { 1 } else { -1 });
+        let series = Series::new(scene, track, (cosine.abs(), bend));
         Some(Self {
             scene,
             track,
@@ -91,30 +95,15 @@ impl<'s> View<'s> {
             axis,
             middle,
             exact: room.as_ref(),
-            lead: scene.lead(bend),
-            series: series(scene, track, (cosine.abs(), bend)),
+            lead,
+            beyond: series.beyond(-sign * passage.at, sign, lead),
+            sharpness: series.first >> 1,
             passage,
-            sign: if rising { 1 } else { -1 },
+            sign,
             light,
             dark: scene.dark * light,
             contrast: (scene.contrast * light) >> 8,
         })
-    }
-
-    /// How far the place `at` is beyond the edge towards light, standard deviations of the blur: that from the circle that fits the
-    /// edge where the axis passes it, its series to the fourth order.
-    #[inline]
-    fn beyond(&self, at: i32) -> i32 {
-        self.series(self.sign * (at - self.passage.at))
-    }
-
-    /// The same for a place `h` on the axis from where that passes the edge, towards light.
-    #[inline]
-    fn series(&self, h: i32) -> i32 {
-        let [first, second, third, fourth] = self.series;
-        let third = third + ((h * fourth + (1 << 15)) >> 16);
-        let second = second + ((h * third) >> 12);
-        (h * (first + ((h * second) >> 15)) + (1 << 12)) >> 13
     }
 
     /// Which of the near samples are nearer to this edge than to its other side, on the steeper axis.
@@ -143,14 +132,12 @@ impl<'s> View<'s> {
     /// The near samples in the model, where one series is good for all and only this edge has a part in them.
     #[inline]
     fn model(&self, samples: &mut Samples) {
-        let (mut h, step) = (self.sign * (FIRST - self.passage.at), self.sign * PX);
+        let [_, near @ .., _] = self.beyond;
         for i in 0..NEAR {
-            let beyond = self.series(h);
-            h += step;
-            let (share, density) = normal_near(beyond + self.lead);
+            let (share, density) = normal_near(near[i]);
             samples.lightness[i] = share;
             samples.by_place[i] = density;
-            samples.by_blur[i] = (density * (self.lead - beyond)) >> 12;
+            samples.by_blur[i] = (density * (2 * self.lead - near[i])) >> 12;
         }
     }
 
@@ -162,7 +149,7 @@ impl<'s> View<'s> {
         for i in 0..NEAR {
             let (mut beyond, mut lead) = (0, self.lead);
             if !self.track.own.tight {
-                beyond = self.beyond(near_place(i));
+                beyond = self.beyond[i + 1] - lead;
             } else if samples.own[i] {
                 match self.deviations(&self.track.own, near_place(i)) {
                     Some(here) => (beyond, lead) = here,
@@ -329,13 +316,14 @@ impl<'s> View<'s> {
             let Some((z, lead)) = self.deviations(&self.track.own, side * FAR) else { return 0 };
             z + lead
         } else {
-            self.beyond(side * FAR) + self.lead
+            let [before, .., after] = self.beyond;
+            if side < 0 { before } else { after }
         };
         let z = if bright { -z } else { z };
         if z <= -OVER {
             return 0;
         }
-        mean_tail(z, self.series[0] >> 1, log)
+        mean_tail(z, self.sharpness, log)
     }
 
     /// Whether a far stretch is clear of the other edges, and of the other side of this one.
@@ -352,16 +340,49 @@ impl<'s> View<'s> {
     }
 }
 
-/// Standard deviations of the blur beyond an edge that bends by `bend`, as a power series of the distance on an axis with this cosine.
-#[inline]
-fn series(scene: &Scene<'_>, track: &Track<'_>, (cosine, bend): (i32, i32)) -> [i32; 4] {
-    let square = scale(cosine, cosine);
-    let second = (scale(bend, ONE - square) * scene.sharpness) >> 13;
-    let third = -((scale(bend, cosine) * second) >> 15);
-    // In 1/16 of the unit of the others, because it is small.
-    let cube = || (((second * bend) >> 12) * bend + BEND / 2) >> 16;
-    let fourth = if track.own.tight { 0 } else { scale(cube(), 5 * square - ONE) };
-    [scale(cosine, scene.sharpness), second, third, fourth]
+/// Standard deviations of the blur beyond an edge, as a power series of the distance on an axis, px.
+struct Series {
+    first: i32,
+    second: i32,
+    third: i32,
+    /// In 1/16 of the unit of the others, because it is small.
+    fourth: i32,
+}
+
+impl Series {
+    /// For an axis with this cosine and an edge that bends by so much.
+    #[inline]
+    fn new(scene: &Scene<'_>, track: &Track<'_>, (cosine, bend): (i32, i32)) -> Self {
+        let square = scale(cosine, cosine);
+        let second = (scale(bend, ONE - square) * scene.sharpness) >> 13;
+        let third = -((scale(bend, cosine) * second) >> 15);
+        let cube = || (((second * bend) >> 12) * bend + BEND / 2) >> 16;
+        let fourth = if track.own.tight { 0 } else { scale(cube(), 5 * square - ONE) };
+        Self { first: scale(cosine, scene.sharpness), second, third, fourth }
+    }
+
+    /// For the places 1 px apart about the middle, which is `h` from the edge towards light, along the axis if `sign` is 1: their
+    /// distances and `more`.
+    #[inline]
+    fn beyond(&self, h: i32, sign: i32, more: i32) -> [i32; NEAR + 2] {
+        let Self { first, second, third, fourth } = *self;
+        let bends = second + ((h * (third + ((h * fourth) >> 16))) >> 12);
+        let here = first + ((h * bends) >> 15);
+        let here = ((h * here) >> 6) + (more << 7) + (1 << 6);
+        // The series about the middle.
+        let bent = 3 * ((third * h) >> 12);
+        let odd = sign * (first + ((h * (2 * second + bent)) >> 15));
+        let (even, cubic) = (second + bent, sign * (third + ((fourth * h) >> 14)));
+        let pair = |m: i32, quartic: i32| {
+            let (even, odd) = (here + 2 * m * m * even + quartic, 32 * m * odd + m * m * m * cubic);
+            [(even - odd) >> 7, (even + odd) >> 7]
+        };
+        let [d, e] = pair(1, 0);
+        let [c, f] = pair(3, 5 * fourth >> 1);
+        let [b, g] = pair(5, 39 * fourth >> 1);
+        let [a, h] = pair(7, 75 * fourth);
+        [a, b, c, d, e, f, g, h]
+    }
 }
 
 /// Place of a near sample on the axis, px from the middle.
