@@ -40,13 +40,14 @@ impl Block {
         let square = scale(scale(unit, unit), pp);
         let [dark, bright, x, y] = here.with_levels(scale(p, unit), scale(lp, unit));
         let shared = [dark, bright, x, y, scale(scale(bp, unit), light)];
-        for i in 0..OWN {
-            let own = scale(square, terms[i]);
-            for j in 0..=i {
-                self.m[i][j] += here.all(own, terms[j]);
+        for ((row, cross), term) in self.m.iter_mut().zip(&mut self.cross).zip(terms) {
+            let own = scale(square, term);
+            // Above the diagonal too: loops of one length take fewer instructions.
+            for (sum, other) in row.iter_mut().zip(terms) {
+                *sum += here.all(own, other);
             }
-            for j in 0..SHARED {
-                self.cross[i][j] += here.all(terms[i], shared[j]);
+            for (sum, shared) in cross.iter_mut().zip(shared) {
+                *sum += here.all(term, shared);
             }
         }
         self.information += here.all(scale(light, light), pp);
