@@ -296,7 +296,7 @@ impl Border {
     fn place(&self, (along, across): (i32, i32)) -> (i32, i32) {
         let [l0, l1, l2] = self.frame;
         let (along, across) = (along - self.centre.0, across - self.centre.1);
-        let bounded = |x: i32| (x >> (COARSE + 2 - 14)).clamp(-2 * ONE, 2 * ONE);
+        let bounded = |x: i32| (x >> (COARSE + 2 - 14)).clamp(-2 * ONE, 2 * ONE - 1);
         (bounded(l0 * along + l1 * across), bounded(l2 * across))
     }
 

@@ -154,7 +154,7 @@ impl Part {
         let mixed = (mixed + (1 << (19 - SLOPE_BITS))) >> (20 - SLOPE_BITS);
         self.slopes = (self.slopes.0 + mixed * x, self.slopes.1 + mixed * y);
         let pull = (of.pr + (1 << 11)) >> 12;
-        let residual = pull.clamp(-MOST_RESIDUAL, MOST_RESIDUAL);
+        let residual = pull.clamp(-MOST_RESIDUAL, MOST_RESIDUAL - 1);
         self.scatter += (residual * residual + (1 << 7)) >> 8;
         let pull = scale(pull, scale(view.reach(), view.light()).min(MOST));
         for (sum, term) in self.right.iter_mut().zip(terms((u, v))) {
