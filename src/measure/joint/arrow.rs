@@ -203,9 +203,8 @@ impl Arrow {
         let [_, bright_bright, bright_x, bright_y] = here.with_levels(l, ll);
         let (mixed_x, mixed_y) = (here.mixed(dark_x, bright_x), here.mixed(dark_y, bright_y));
         let [blur_dark, blur_bright, blur_x, blur_y] = here.with_levels(scale(b, light), scale(lb, light));
-        let all = |a: i32, b: i32| {
-            ((a * b + (1 << (13 + SHARED_BITS))) >> (14 + SHARED_BITS)) * here.crossings
-        };
+        let all =
+            |a: i32, b: i32| ((a * b + (1 << (13 + SHARED_BITS))) >> (14 + SHARED_BITS)) * here.crossings;
         let [dark, bright, along_x, along_y, blur] = &mut self.shared;
         dark[0] += all(light, dark_dark);
         bright[0] += all(light, dark_bright);
