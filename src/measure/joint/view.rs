@@ -4,10 +4,11 @@ use super::exact;
 use super::part::Residuals;
 use super::samples::{Far, Samples, Stretch};
 use super::scene::{Scene, Seen, Track};
+use super::series::Series;
 use crate::appearance::Saddle;
 use crate::edge::{normal_fixed, normal_near};
 use crate::fit::Passage;
-use crate::fixed::{BEND, GREY, ONE, PX, fixed, scale};
+use crate::fixed::{GREY, ONE, PX, fixed, scale};
 use crate::measure::Origin;
 use crate::scan::{Axis, Crossing, NEAR};
 
@@ -87,7 +88,7 @@ impl<'s> View<'s> {
         let bend = if track.dark_inside { passage.bend } else { -passage.bend };
         let light = scene.light(if row { middle } else { (middle.1, middle.0) });
         let (lead, sign) = (scene.lead(bend), if rising { 1 } else { -1 });
-        let series = Series::new(scene, track, (cosine.abs(), bend));
+        let series = Series::new(scene.sharpness, (cosine.abs(), bend), track.own.tight);
         Some(Self {
             scene,
             track,
@@ -285,7 +286,7 @@ impl<'s> View<'s> {
     }
 
     /// The far stretch before (-1) or after (1) the near samples.
-    #[inline]
+    #[inline(always)]
     pub fn far(&self, side: i32) -> Stretch {
         let scene = self.scene;
         let [before, after] = self.crossing.far();
@@ -310,7 +311,7 @@ impl<'s> View<'s> {
     }
 
     /// Share that a far stretch has of the edge.
-    #[inline]
+    #[inline(always)]
     fn tail(&self, side: i32, bright: bool, log: u32) -> i32 {
         let z = if self.track.own.tight {
             let Some((z, lead)) = self.deviations(&self.track.own, side * FAR) else { return 0 };
@@ -327,7 +328,7 @@ impl<'s> View<'s> {
     }
 
     /// Whether a far stretch is clear of the other edges, and of the other side of this one.
-    #[inline]
+    #[inline(always)]
     fn is_clear(&self, side: i32, bright: bool, log: u32) -> bool {
         let inwards = bright != self.track.dark_inside;
         if FAR + (PX << log) - PX + self.passage.at.abs() <= self.track.free(inwards) {
@@ -337,51 +338,6 @@ impl<'s> View<'s> {
         let first = 2 * self.middle.0 + side * 14;
         let last = first + side * (4 << log) - 4 * side;
         self.track.is_clear(self.axis, inwards, (first, last), 2 * self.middle.1)
-    }
-}
-
-/// Standard deviations of the blur beyond an edge, as a power series of the distance on an axis, px.
-struct Series {
-    first: i32,
-    second: i32,
-    third: i32,
-    /// In 1/16 of the unit of the others, because it is small.
-    fourth: i32,
-}
-
-impl Series {
-    /// For an axis with this cosine and an edge that bends by so much.
-    #[inline]
-    fn new(scene: &Scene<'_>, track: &Track<'_>, (cosine, bend): (i32, i32)) -> Self {
-        let square = scale(cosine, cosine);
-        let second = (scale(bend, ONE - square) * scene.sharpness) >> 13;
-        let third = -((scale(bend, cosine) * second) >> 15);
-        let cube = || (((second * bend) >> 12) * bend + BEND / 2) >> 16;
-        let fourth = if track.own.tight { 0 } else { scale(cube(), 5 * square - ONE) };
-        Self { first: scale(cosine, scene.sharpness), second, third, fourth }
-    }
-
-    /// For the places 1 px apart about the middle, which is `h` from the edge towards light, along the axis if `sign` is 1: their
-    /// distances and `more`.
-    #[inline]
-    fn beyond(&self, h: i32, sign: i32, more: i32) -> [i32; NEAR + 2] {
-        let Self { first, second, third, fourth } = *self;
-        let bends = second + ((h * (third + ((h * fourth) >> 16))) >> 12);
-        let here = first + ((h * bends) >> 15);
-        let here = ((h * here) >> 6) + (more << 7) + (1 << 6);
-        // The series about the middle.
-        let bent = 3 * ((third * h) >> 12);
-        let odd = sign * (first + ((h * (2 * second + bent)) >> 15));
-        let (even, cubic) = (second + bent, sign * (third + ((fourth * h) >> 14)));
-        let pair = |m: i32, quartic: i32| {
-            let (even, odd) = (here + 2 * m * m * even + quartic, 32 * m * odd + m * m * m * cubic);
-            [(even - odd) >> 7, (even + odd) >> 7]
-        };
-        let [d, e] = pair(1, 0);
-        let [c, f] = pair(3, 5 * fourth >> 1);
-        let [b, g] = pair(5, 39 * fourth >> 1);
-        let [a, h] = pair(7, 75 * fourth);
-        [a, b, c, d, e, f, g, h]
     }
 }
 
