@@ -17,7 +17,7 @@ mod trace;
 
 pub(crate) use levels::Levels;
 pub(crate) use place::{Blur, measure_blur, place};
-pub(crate) use profile::{normal, normal_fixed};
+pub(crate) use profile::{normal, normal_fixed, normal_near};
 pub(crate) use survey::{Point, Survey};
 
 use crate::fit::Shape;

@@ -28,8 +28,6 @@ const ASIDE: i32 = 8 * PX;
 const LEAST_COSINE: i32 = ONE * 7 / 20;
 /// Farthest that an axis is followed to the ellipse, px.
 const REACH: i32 = 3 << 13;
-/// Steps to the place where it passes.
-const STEPS: usize = 2;
 
 /// The place where an axis passes an ellipse.
 #[derive(Clone, Copy, Debug)]
@@ -179,11 +177,8 @@ impl Line {
             return None;
         }
         let edge = inverse.of(passed >> (PLACE - 14));
-        let mut at = ((edge - (u.abs() >> (PLACE - 14))) * self.half_chord) >> 12;
-        for _ in 0..STEPS {
-            at = at.min(REACH);
-            at = first + ((half * ((at * at) >> 13) + (1 << 15)) >> 16);
-        }
+        let nearly = (((edge - (u.abs() >> (PLACE - 14))) * self.half_chord) >> 12).min(REACH);
+        let at = first + ((half * ((nearly * nearly) >> 13) + (1 << 15)) >> 16);
         let sign = if u < 0 { -1 } else { 1 };
         let (u, v) = (sign * edge, v >> (PLACE - 14));
         let [m0, m1, m2] = self.by_minor;
@@ -301,7 +296,7 @@ impl Border {
     fn place(&self, (along, across): (i32, i32)) -> (i32, i32) {
         let [l0, l1, l2] = self.frame;
         let (along, across) = (along - self.centre.0, across - self.centre.1);
-        let bounded = |x: i32| (x >> (COARSE + 2 - 14)).clamp(-2 * ONE, 2 * ONE);
+        let bounded = |x: i32| (x >> (COARSE + 2 - 14)).clamp(-2 * ONE, 2 * ONE - 1);
         (bounded(l0 * along + l1 * across), bounded(l2 * across))
     }
 

@@ -40,13 +40,14 @@ impl Block {
         let square = scale(scale(unit, unit), pp);
         let [dark, bright, x, y] = here.with_levels(scale(p, unit), scale(lp, unit));
         let shared = [dark, bright, x, y, scale(scale(bp, unit), light)];
-        for i in 0..OWN {
-            let own = scale(square, terms[i]);
-            for j in 0..=i {
-                self.m[i][j] += here.all(own, terms[j]);
+        for ((row, cross), term) in self.m.iter_mut().zip(&mut self.cross).zip(terms) {
+            let own = scale(square, term);
+            // Above the diagonal too: loops of one length take fewer instructions.
+            for (sum, other) in row.iter_mut().zip(terms) {
+                *sum += here.all(own, other);
             }
-            for j in 0..SHARED {
-                self.cross[i][j] += here.all(terms[i], shared[j]);
+            for (sum, shared) in cross.iter_mut().zip(shared) {
+                *sum += here.all(term, shared);
             }
         }
         self.information += here.all(scale(light, light), pp);
@@ -83,8 +84,8 @@ impl Side {
         self.xy += (nx * y) >> PLACE_BITS;
         self.yy += (ny * y) >> PLACE_BITS;
         self.r += i64::from(all.r);
-        self.rx += scene.place_sum(all.rx) >> (14 + SLOPE_BITS - PLACE_BITS - 6);
-        self.ry += scene.place_sum(all.ry) >> (14 + SLOPE_BITS - PLACE_BITS - 6);
+        self.rx += i64::from(all.r) * i64::from(x);
+        self.ry += i64::from(all.r) * i64::from(y);
     }
 
     /// Equations of the level and of the light's slopes, which change the side's level by `level`, where the light has the slopes
@@ -109,12 +110,16 @@ impl Side {
     }
 }
 
+/// Bits by which the sums for what is shared are fewer.
+pub(super) const SHARED_BITS: u32 = 2;
+
 /// All of them.
 #[derive(Clone, Debug)]
 pub(super) struct Arrow {
     /// Of the outlines so far.
     pub outlines: Vec<Slot, MAX_CIRCLES>,
-    pub shared: Matrix<SHARED, i64>,
+    /// With [`SHARED_BITS`] fewer bits, for the room of all crossings.
+    pub shared: Matrix<SHARED, i32>,
     pub right: [i64; SHARED],
     /// Far stretches of the dark and of the light side.
     pub sides: [Side; 2],
@@ -198,7 +203,8 @@ impl Arrow {
         let [_, bright_bright, bright_x, bright_y] = here.with_levels(l, ll);
         let (mixed_x, mixed_y) = (here.mixed(dark_x, bright_x), here.mixed(dark_y, bright_y));
         let [blur_dark, blur_bright, blur_x, blur_y] = here.with_levels(scale(b, light), scale(lb, light));
-        let all = |a: i32, b: i32| i64::from(here.all(a, b));
+        let all =
+            |a: i32, b: i32| ((a * b + (1 << (13 + SHARED_BITS))) >> (14 + SHARED_BITS)) * here.crossings;
         let [dark, bright, along_x, along_y, blur] = &mut self.shared;
         dark[0] += all(light, dark_dark);
         bright[0] += all(light, dark_bright);
@@ -211,7 +217,7 @@ impl Arrow {
         }
         let rows = [blur_dark, blur_bright, blur_x, blur_y, scale(scale(bb, light), light)];
         for (sum, product) in blur.iter_mut().zip(rows) {
-            *sum += i64::from(product * here.crossings);
+            *sum += (product * here.crossings) >> SHARED_BITS;
         }
     }
 }

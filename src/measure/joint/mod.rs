@@ -16,6 +16,7 @@ mod gate;
 mod part;
 mod samples;
 mod scene;
+mod series;
 mod solve;
 mod start;
 #[cfg(test)]
@@ -222,9 +223,8 @@ impl Steps<'_> {
         let mut lights = [(0, 0); PARTS];
         let stride = if gate.few { edge.stride() } else { 1 };
         for crossing in self.pool.iter(edge.crossings).step_by(stride) {
-            let view = View::new(scene, track, crossing, self.origin);
-            // By reference, because it is large.
-            let Some(view) = &view else { continue };
+            let mut room = None;
+            let Some(view) = View::new(scene, track, crossing, self.origin, &mut room) else { continue };
             let sector = sector(view.direction());
             let part = sector as usize / SECTORS_OF_PART;
             let (part, light) = (parts.get_mut(part), lights.get_mut(part));
@@ -244,9 +244,8 @@ impl Steps<'_> {
             }
             *light += samples.excess();
             *count += 1;
-            part.add(view, &samples, scene);
-            let clipped = [-1, 1].map(|side| pass.add_far(part, view, side, gate));
-            pass.clipped += u32::from(clipped != [false; 2]);
+            part.add(&view, &samples, scene);
+            pass.add_far(part, &view, gate);
             if part.crossings == FULL {
                 pass.arrow.add(part, scene);
                 *part = Part::default();
@@ -290,22 +289,27 @@ impl Pass {
         }
     }
 
-    /// Adds the far stretch before (-1) or after (1) the near samples. Gives whether it is clipped.
+    /// Adds the far stretches of a crossing.
     #[inline(never)]
-    fn add_far(&mut self, part: &mut Part, view: &View<'_>, side: i32, gate: &Gate) -> bool {
-        match view.far(side) {
-            Stretch::Clipped => return true,
-            Stretch::Mixed => {}
-            Stretch::Clear(far) => {
-                self.far += 1;
-                if gate.far.get(far.log as usize).is_none_or(|&limit| far.residual.abs() > limit) {
-                    self.strange += 1;
-                } else {
-                    part.add_far(&far);
-                }
+    fn add_far(&mut self, part: &mut Part, view: &View<'_>, gate: &Gate) {
+        // One after the other and not in a loop, which would keep what both share on the stack.
+        let before = self.add_stretch(part, &view.far(-1), gate);
+        let after = self.add_stretch(part, &view.far(1), gate);
+        self.clipped += u32::from(before || after);
+    }
+
+    /// Adds one of them. Gives whether it is clipped.
+    #[inline]
+    fn add_stretch(&mut self, part: &mut Part, stretch: &Stretch, gate: &Gate) -> bool {
+        if let Stretch::Clear(far) = stretch {
+            self.far += 1;
+            if gate.far.get(far.log as usize).is_none_or(|&limit| far.residual.abs() > limit) {
+                self.strange += 1;
+            } else {
+                part.add_far(far);
             }
         }
-        false
+        matches!(stretch, Stretch::Clipped)
     }
 
     /// Whether nothing disturbs the target.

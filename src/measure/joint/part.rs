@@ -39,13 +39,13 @@ pub(super) struct Residuals {
 
 /// The sum over samples, and that of products.
 #[inline]
-fn total(a: &[i16; NEAR]) -> i32 {
-    a.iter().map(|&a| i32::from(a)).sum()
+fn total(a: &[i32; NEAR]) -> i32 {
+    a.iter().sum()
 }
 
 #[inline]
-fn product(a: &[i16; NEAR], b: &[i16; NEAR]) -> i32 {
-    a.iter().zip(b).map(|(&a, &b)| i32::from(a) * i32::from(b)).sum()
+fn product(a: &[i32; NEAR], b: &[i32; NEAR]) -> i32 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Sums {
@@ -98,8 +98,7 @@ impl Residuals {
     }
 }
 
-/// The far stretches of a part on one side: their number, and sums over their pixels of 1, the place, the residual, and that times
-/// the place.
+/// The far stretches of a part on one side: their number, and sums over their pixels of 1, the place, and the residual.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Stretches {
     pub count: i32,
@@ -107,8 +106,6 @@ pub(super) struct Stretches {
     pub x: i32,
     pub y: i32,
     pub r: i32,
-    pub rx: i32,
-    pub ry: i32,
 }
 
 /// What the crossings of one part of an outline tell together.
@@ -141,7 +138,7 @@ const MOST_RESIDUAL: i32 = 1 << 15;
 
 impl Part {
     /// Adds a crossing.
-    #[inline(never)]
+    #[inline]
     pub fn add(&mut self, view: &View<'_>, samples: &Samples, scene: &Scene<'_>) {
         let (u, v) = view.direction();
         let (x, y) = view.place();
@@ -157,7 +154,7 @@ impl Part {
         let mixed = (mixed + (1 << (19 - SLOPE_BITS))) >> (20 - SLOPE_BITS);
         self.slopes = (self.slopes.0 + mixed * x, self.slopes.1 + mixed * y);
         let pull = (of.pr + (1 << 11)) >> 12;
-        let residual = pull.clamp(-MOST_RESIDUAL, MOST_RESIDUAL);
+        let residual = pull.clamp(-MOST_RESIDUAL, MOST_RESIDUAL - 1);
         self.scatter += (residual * residual + (1 << 7)) >> 8;
         let pull = scale(pull, scale(view.reach(), view.light()).min(MOST));
         for (sum, term) in self.right.iter_mut().zip(terms((u, v))) {
@@ -174,10 +171,7 @@ impl Part {
         side.n += 1 << far.log;
         side.x += far.place.0 << far.log;
         side.y += far.place.1 << far.log;
-        let residual = far.residual << far.log;
-        side.r += residual;
-        side.rx += (residual >> (6 - SLOPE_BITS)) * far.place.0;
-        side.ry += (residual >> (6 - SLOPE_BITS)) * far.place.1;
+        side.r += far.residual << far.log;
         self.residuals.rr += ((far.residual * far.residual) << far.log) >> SQUARE_BITS;
     }
 

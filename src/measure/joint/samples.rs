@@ -7,10 +7,10 @@ use crate::scan::NEAR;
 #[derive(Default)]
 pub(super) struct Samples {
     /// Lightness, its changes with the logarithm of the blur and with the place, and the residual of each, ...
-    pub lightness: [i16; NEAR],
-    pub by_blur: [i16; NEAR],
-    pub by_place: [i16; NEAR],
-    pub single: [i16; NEAR],
+    pub lightness: [i32; NEAR],
+    pub by_blur: [i32; NEAR],
+    pub by_place: [i32; NEAR],
+    pub single: [i32; NEAR],
     /// ... whether it counts, and how many do.
     pub own: [bool; NEAR],
     pub n: i32,
@@ -41,13 +41,13 @@ pub(super) struct Far {
 impl Samples {
     /// Largest residual.
     pub fn misfit(&self) -> i32 {
-        self.single.iter().fold(0, |most, &single| most.max(i32::from(single).abs()))
+        self.single.iter().fold(0, |most, &single| most.max(single.abs()))
     }
 
     /// Twice what light there is too much beside the edge.
     pub fn excess(&self) -> i32 {
         let [_, before, .., after, _] = self.single;
-        i32::from(before) + i32::from(after)
+        before + after
     }
 
     /// Differences of the residuals of the two outermost samples on either side: in them whatever changes the light over more than a
@@ -55,7 +55,7 @@ impl Samples {
     #[inline]
     pub fn differences(&self) -> impl Iterator<Item = i32> {
         let [a, b, .., c, d] = self.own;
-        let [first, second, .., third, fourth] = self.single.map(i32::from);
+        let [first, second, .., third, fourth] = self.single;
         [(a && b, first - second), (c && d, fourth - third)]
             .into_iter()
             .filter_map(|(both, difference)| both.then_some(difference))

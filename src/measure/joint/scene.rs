@@ -2,7 +2,7 @@
 
 use crate::appearance::{Model, Outline, Saddle};
 use crate::fit::{Border, Line};
-use crate::fixed::{GREY, LEAST_LIGHT, MOST_LIGHT, ONE, PX, fixed, scale};
+use crate::fixed::{GREY, LEAST_LIGHT, MOST_LIGHT, ONE, PX, fixed};
 use crate::scan::Axis;
 
 /// Standard deviations of the blur beyond which an edge is over, ...
@@ -12,10 +12,21 @@ const CLEAR: f32 = 2.5;
 /// How far the near samples and the far stretches of a crossing reach from an edge, px, with room for its place.
 const NEAR: f32 = 3.0;
 const FAR: f32 = 19.5;
+/// Farther than any stretch, px.
+const FREE: f32 = 1e3;
 /// How far beyond the target, px, and how many times its size the unit of places is.
 const UNIT: (f32, f32) = (16.0, 2.0);
 /// Room of levels to the ends of the scale, where these need not be looked for, grey levels.
 const ROOM: f32 = 2.0;
+
+/// How the levels change along an axis, for 1 px, where light is one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rise {
+    /// Grey levels with [`ONE`] times their unit.
+    pub dark: i32,
+    /// Grey levels with 64 times their unit.
+    pub contrast: i32,
+}
 
 /// What all crossings share.
 pub(super) struct Scene<'m> {
@@ -29,9 +40,10 @@ pub(super) struct Scene<'m> {
     /// Grey levels.
     pub dark: i32,
     pub bright: i32,
-    contrast: i32,
-    /// Slopes of the light along x and y, 1/px, with 64 times its unit.
-    pub slopes: (i32, i32),
+    pub contrast: i32,
+    /// Slopes of the light along x and y, 1/px, with 64 times its unit, and what they make of the levels.
+    slopes: (i32, i32),
+    rises: [Rise; 2],
     blur: i32,
     /// Its reciprocal, with half the unit of shares.
     pub sharpness: i32,
@@ -52,6 +64,8 @@ impl<'m> Scene<'m> {
         let grey = |level: f32| fixed(level.clamp(0.0, 500.0), GREY);
         let (dark, bright) = (grey(model.dark), grey(model.bright));
         let slope = |slope: f32| fixed(slope.clamp(-0.06, 0.06), ONE << 6);
+        let slopes = (slope(model.gx), slope(model.gy));
+        let rise = |slope: i32| Rise { dark: (dark * slope) >> 6, contrast: ((bright - dark) * slope) >> 14 };
         let (darkest, brightest) = (noise, 255.0 - noise);
         // How much the light changes from the origin to the farthest samples.
         let uneven = (model.gx.abs() + model.gy.abs()) * unit;
@@ -65,7 +79,8 @@ impl<'m> Scene<'m> {
             dark,
             bright,
             contrast: bright - dark,
-            slopes: (slope(model.gx), slope(model.gy)),
+            slopes,
+            rises: [rise(slopes.0), rise(slopes.1)],
             blur: fixed(model.blur, PX),
             sharpness: fixed(1.0 / model.blur, ONE / 2),
             by_unit: fixed(1.0 / unit, 1 << 27),
@@ -83,16 +98,9 @@ impl<'m> Scene<'m> {
         self.model.outlines.get(k?)
     }
 
-    /// Level without the plane of light at this lightness.
     #[inline]
-    pub fn mixed(&self, lightness: i32) -> i32 {
-        self.dark + self.step(lightness)
-    }
-
-    /// That share of the contrast.
-    #[inline]
-    pub fn step(&self, share: i32) -> i32 {
-        scale(self.contrast, share)
+    pub fn rise(&self, axis: Axis) -> &Rise {
+        of(&self.rises, axis)
     }
 
     /// Standard deviations of the blur in a length, px.
@@ -170,6 +178,7 @@ impl<'m> Scene<'m> {
             },
         ];
         let free = |room: &Room, next: Option<&Outline>| match (room, next) {
+            (Room::All, _) => FREE,
             (Room::None, _) | (_, None) => 0.0,
             (_, Some(next)) => gap(outline, next) - clear,
         };
@@ -229,10 +238,10 @@ impl Seen<'_> {
     }
 }
 
-/// What is for rows and for columns, by its address.
+/// What is for rows and for columns: by an index, so that its address is chosen once and not each of its fields.
 #[inline]
-fn of<T>([row, column]: &[T; 2], axis: Axis) -> &T {
-    if axis == Axis::Row { row } else { column }
+fn of<T>(both: &[T; 2], axis: Axis) -> &T {
+    &both[usize::from(axis == Axis::Column)]
 }
 
 /// An outline as crossings see it.

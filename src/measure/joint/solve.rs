@@ -1,6 +1,6 @@
 //! The step that the sums of a pass ask for: the arrow is solved block by block.
 
-use super::arrow::{Arrow, Block, Slot};
+use super::arrow::{Arrow, Block, SHARED_BITS, Slot};
 use super::part::{OWN_BITS, RESIDUAL_BITS, RIGHT_BITS, SUM_BITS};
 use super::scene::Scene;
 use crate::appearance::{OWN, SHARED, Step};
@@ -13,6 +13,7 @@ const LEVELS: f32 = 256.0;
 /// What is one in the sums: of products of derivatives, of those of the terms with residuals, of those of what is shared with these,
 /// and of squared residuals.
 const SUM_ONE: f32 = (1 << SUM_BITS) as f32;
+const SHARED_ONE: f32 = (1 << (SUM_BITS - SHARED_BITS)) as f32;
 const OWN_RIGHT_ONE: f32 = (1 << OWN_BITS) as f32;
 const RESIDUAL_ONE: f32 = (1 << RESIDUAL_BITS) as f32;
 const RIGHT_ONE: f32 = (1 << RIGHT_BITS) as f32 * ONE as f32;
@@ -84,7 +85,7 @@ impl Arrow {
         let mut m = [[0.0; SHARED]; SHARED];
         for (i, weight) in model.prior().into_iter().enumerate() {
             for j in 0..=i {
-                m[i][j] = units[i] * units[j] / SUM_ONE * self.shared[i][j] as f32;
+                m[i][j] = units[i] * units[j] / SHARED_ONE * self.shared[i][j] as f32;
             }
             m[i][i] += weight;
         }

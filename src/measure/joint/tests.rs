@@ -86,7 +86,8 @@ fn arrow(model: &Model, crossings: &[(usize, Crossing)]) -> Arrow {
         let mut parts = [Part::default(); PARTS];
         arrow.next();
         for (_, crossing) in crossings.iter().filter(|(of, _)| *of == k) {
-            let Some(view) = View::new(&scene, &track, crossing, &origin) else { continue };
+            let mut room = None;
+            let Some(view) = View::new(&scene, &track, crossing, &origin, &mut room) else { continue };
             let mut samples = Samples::default();
             view.samples(&mut samples);
             let part = &mut parts[sector(view.direction()) as usize * PARTS / 128];
@@ -199,7 +200,8 @@ fn samples(model: &Model, crossings: &[(usize, Crossing)]) -> Vec<([f64; 15], f6
     let mut all = Vec::new();
     for (k, crossing) in crossings {
         let track = scene.track(*k).unwrap();
-        let Some(view) = View::new(&scene, &track, crossing, &origin()) else { continue };
+        let mut room = None;
+        let Some(view) = View::new(&scene, &track, crossing, &origin(), &mut room) else { continue };
         let owns: [bool; NEAR] = view.owns();
         for (i, _) in owns.iter().enumerate().filter(|(_, own)| **own) {
             let along = i as f64 - 3.0;
@@ -363,7 +365,8 @@ fn no_pixel_counts_twice() {
     let mut pixels = Vec::new();
     for (k, crossing) in &crossings(&model) {
         let track = scene.track(*k).unwrap();
-        let Some(view) = View::new(&scene, &track, crossing, &origin()) else { continue };
+        let mut room = None;
+        let Some(view) = View::new(&scene, &track, crossing, &origin(), &mut room) else { continue };
         let mut samples = Samples::default();
         view.samples(&mut samples);
         for (i, _) in samples.own.iter().enumerate().filter(|(_, own)| **own) {

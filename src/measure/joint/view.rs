@@ -4,10 +4,11 @@ use super::exact;
 use super::part::Residuals;
 use super::samples::{Far, Samples, Stretch};
 use super::scene::{Scene, Seen, Track};
+use super::series::Series;
 use crate::appearance::Saddle;
-use crate::edge::normal_fixed;
+use crate::edge::{normal_fixed, normal_near};
 use crate::fit::Passage;
-use crate::fixed::{BEND, GREY, ONE, PX, fixed, scale};
+use crate::fixed::{GREY, ONE, PX, fixed, scale};
 use crate::measure::Origin;
 use crate::scan::{Axis, Crossing, NEAR};
 
@@ -37,27 +38,31 @@ pub(super) struct View<'s> {
     /// The middle between its inner samples about the origin, px / 2, along and across the axis.
     middle: (i32, i32),
     /// In the undistorted plane, where a lens distorts the image.
-    exact: Option<exact::Place>,
+    exact: Option<&'s exact::Place>,
     passage: Passage,
     /// Where the level of one half is, standard deviations of the blur towards light.
     lead: i32,
-    /// Standard deviations of the blur beyond the edge as a power series of the distance on the axis, px.
-    series: [i32; 4],
+    /// How far the near samples and the nearest pixels of the far stretches are beyond that, by the circle that fits the edge where
+    /// the axis passes it; and how that changes with the distance, 1/px.
+    beyond: [i32; NEAR + 2],
+    sharpness: i32,
     /// 1 where the axis leads towards light, else -1.
     sign: i32,
-    /// Light at the middle; and its change along the axis, 1/px, with 64 times its unit.
+    /// Light at the middle; dark and the contrast there, grey levels with [`ONE`] and 64 times their unit.
     light: i32,
-    slope: i32,
+    dark: i32,
+    contrast: i32,
 }
 
 impl<'s> View<'s> {
-    /// `None` where the crossing is none of the outline's. Not inlined, so that what is chosen by the axis has an address.
-    #[inline(never)]
+    /// `None` where the crossing is none of the outline's. `room` is for what a lens makes of it.
+    #[inline]
     pub fn new(
         scene: &'s Scene<'s>,
         track: &'s Track<'s>,
         crossing: &'s Crossing,
         origin: &Origin,
+        room: &'s mut Option<exact::Place>,
     ) -> Option<Self> {
         let x = i32::from(crossing.x) - i32::from(origin.pixel.0);
         let y = i32::from(crossing.y()) - i32::from(origin.pixel.1);
@@ -65,16 +70,13 @@ impl<'s> View<'s> {
         let row = axis == Axis::Row;
         let [_, n0, n1, n2, n3, _] = crossing.near.map(u16::from);
         let rising = n2 + n3 > n0 + n1;
-        let (place, middle, slope) = if row {
-            ((2 * x - 1, 2 * y), (2 * x - 1, 2 * y), scene.slopes.0)
-        } else {
-            ((2 * x, 2 * y - 1), (2 * y - 1, 2 * x), scene.slopes.1)
-        };
-        let (exact, passage) = if origin.lens().is_some() {
+        let middle = if row { (2 * x - 1, 2 * y) } else { (2 * y - 1, 2 * x) };
+        let passage = if origin.lens().is_some() {
             let (exact, passage) = exact::Place::with_passage(axis, middle, origin, track.own.outline)?;
-            (Some(exact), passage)
+            *room = Some(exact);
+            passage
         } else {
-            (None, track.own.line(axis).passage(middle)?)
+            track.own.line(axis).passage(middle)?
         };
         let (cosine, change) = (passage.cosines.0, passage.change.0);
         let near = scale(passage.at.abs(), cosine.abs()) <= MAX_DISTANCE;
@@ -84,44 +86,25 @@ impl<'s> View<'s> {
             return None;
         }
         let bend = if track.dark_inside { passage.bend } else { -passage.bend };
-        let cosine = cosine.abs();
-        let square = scale(cosine, cosine);
-        let second = (scale(bend, ONE - square) * scene.sharpness) >> 13;
-        let third = -((scale(bend, cosine) * second) >> 15);
-        // In 1/16 of the unit of the others, because it is small.
-        let cube = || (((second * bend) >> 12) * bend + BEND / 2) >> 16;
-        let fourth = if track.own.tight { 0 } else { scale(cube(), 5 * square - ONE) };
-        let series = [scale(cosine, scene.sharpness), second, third, fourth];
+        let light = scene.light(if row { middle } else { (middle.1, middle.0) });
+        let (lead, sign) = (scene.lead(bend), if rising { 1 } else { -1 });
+        let series = Series::new(scene.sharpness, (cosine.abs(), bend), track.own.tight);
         Some(Self {
             scene,
             track,
             crossing,
             axis,
             middle,
-            exact,
-            lead: scene.lead(bend),
-            series,
+            exact: room.as_ref(),
+            lead,
+            beyond: series.beyond(-sign * passage.at, sign, lead),
+            sharpness: series.first >> 1,
             passage,
-            sign: if rising { 1 } else { -1 },
-            light: scene.light(place),
-            slope,
+            sign,
+            light,
+            dark: scene.dark * light,
+            contrast: (scene.contrast * light) >> 8,
         })
-    }
-
-    /// How far the place `at` is beyond the edge towards light, standard deviations of the blur: that from the circle that fits the
-    /// edge where the axis passes it, its series to the fourth order.
-    #[inline]
-    fn beyond(&self, at: i32) -> i32 {
-        self.series(self.sign * (at - self.passage.at))
-    }
-
-    /// The same for a place `h` on the axis from where that passes the edge, towards light.
-    #[inline]
-    fn series(&self, h: i32) -> i32 {
-        let [first, second, third, fourth] = self.series;
-        let third = third + ((h * fourth + (1 << 15)) >> 16);
-        let second = second + ((h * third) >> 12);
-        (h * (first + ((h * second) >> 15)) + (1 << 12)) >> 13
     }
 
     /// Which of the near samples are nearer to this edge than to its other side, on the steeper axis.
@@ -131,7 +114,7 @@ impl<'s> View<'s> {
     }
 
     /// The near samples, into a place that holds those of another crossing; perhaps none of them counts here.
-    #[inline(never)]
+    #[inline]
     pub fn samples(&self, samples: &mut Samples) {
         samples.own = self.owns();
         if self.track.own.tight || self.scene.overlapping {
@@ -140,19 +123,22 @@ impl<'s> View<'s> {
             self.model(samples);
         }
         self.compare(samples);
+        samples.n = NEAR as i32;
+        if !self.scene.all_told || samples.own != [true; NEAR] {
+            self.leave_out(samples);
+        }
         samples.residuals = Residuals::new(samples);
     }
 
     /// The near samples in the model, where one series is good for all and only this edge has a part in them.
+    #[inline]
     fn model(&self, samples: &mut Samples) {
-        let (mut h, step) = (self.sign * (FIRST - self.passage.at), self.sign * PX);
+        let [_, near @ .., _] = self.beyond;
         for i in 0..NEAR {
-            let beyond = self.series(h);
-            h += step;
-            let (share, density) = normal_fixed(beyond + self.lead);
-            samples.lightness[i] = share as i16;
-            samples.by_place[i] = density as i16;
-            samples.by_blur[i] = ((density * (self.lead - beyond)) >> 12) as i16;
+            let (share, density) = normal_near(near[i]);
+            samples.lightness[i] = share;
+            samples.by_place[i] = density;
+            samples.by_blur[i] = (density * (2 * self.lead - near[i])) >> 12;
         }
     }
 
@@ -164,7 +150,7 @@ impl<'s> View<'s> {
         for i in 0..NEAR {
             let (mut beyond, mut lead) = (0, self.lead);
             if !self.track.own.tight {
-                beyond = self.beyond(near_place(i));
+                beyond = self.beyond[i + 1] - lead;
             } else if samples.own[i] {
                 match self.deviations(&self.track.own, near_place(i)) {
                     Some(here) => (beyond, lead) = here,
@@ -173,9 +159,9 @@ impl<'s> View<'s> {
             }
             all[i] = beyond;
             let (share, density) = normal_fixed(beyond + lead);
-            samples.lightness[i] = share as i16;
-            samples.by_place[i] = density as i16;
-            samples.by_blur[i] = ((density * (lead - beyond)) >> 12) as i16;
+            samples.lightness[i] = share;
+            samples.by_place[i] = density;
+            samples.by_blur[i] = (density * (lead - beyond)) >> 12;
         }
         if self.scene.overlapping {
             self.add_next(samples, &all);
@@ -183,24 +169,26 @@ impl<'s> View<'s> {
     }
 
     /// What they are beyond that.
+    #[inline]
     fn compare(&self, samples: &mut Samples) {
-        let scene = self.scene;
-        let mut light = (self.light << 7) + (1 << 6) - 5 * self.slope;
-        if scene.all_told && samples.own == [true; NEAR] {
-            samples.n = NEAR as i32;
-            for i in 0..NEAR {
-                let level = scale(scene.mixed(samples.lightness[i].into()), light >> 7);
-                light += 2 * self.slope;
-                samples.single[i] = (i32::from(self.crossing.near[i]) * GREY - level) as i16;
-            }
-            return;
+        let rise = self.scene.rise(self.axis);
+        let mut dark = self.dark + ONE / 2 - ((5 * rise.dark) >> 1);
+        let mut contrast = self.contrast + (1 << 5) - ((5 * rise.contrast) >> 1);
+        for i in 0..NEAR {
+            let level = (dark + (contrast >> 6) * samples.lightness[i]) >> 14;
+            samples.single[i] = i32::from(self.crossing.near[i]) * GREY - level;
+            dark += rise.dark;
+            contrast += rise.contrast;
         }
+    }
+
+    /// Takes out the samples that are not this edge's own, and those that the ends of the scale cut off.
+    #[inline(never)]
+    fn leave_out(&self, samples: &mut Samples) {
         samples.n = 0;
         for i in 0..NEAR {
-            let level = scale(scene.mixed(samples.lightness[i].into()), light >> 7);
-            light += 2 * self.slope;
-            if samples.own[i] && (scene.all_told || scene.is_told(level)) {
-                samples.single[i] = (i32::from(self.crossing.near[i]) * GREY - level) as i16;
+            let level = i32::from(self.crossing.near[i]) * GREY - samples.single[i];
+            if samples.own[i] && (self.scene.all_told || self.scene.is_told(level)) {
                 samples.n += 1;
             } else {
                 samples.own[i] = false;
@@ -218,7 +206,7 @@ impl<'s> View<'s> {
         if let Some(saddle) = &seen.saddle {
             return Some(self.beyond_tight(saddle, seen, at));
         }
-        let (depth, bend) = match &self.exact {
+        let (depth, bend) = match self.exact {
             Some(exact) => exact.distance(seen.outline, at),
             None => {
                 let line = seen.line(self.axis);
@@ -233,7 +221,7 @@ impl<'s> View<'s> {
     /// The same where the edge bends as tightly as the blur is wide.
     #[inline(never)]
     fn beyond_tight(&self, saddle: &Saddle, seen: &Seen<'_>, at: i32) -> (i32, i32) {
-        let (place, areas) = match &self.exact {
+        let (place, areas) = match self.exact {
             Some(exact) => exact.beside_centre(seen.outline, at),
             None => {
                 let (along, across) = seen.line(self.axis).about_centre(self.middle);
@@ -264,9 +252,9 @@ impl<'s> View<'s> {
                     break;
                 };
                 let (share, density) = normal_fixed(z + lead);
-                let light = i32::from(lightness[i]) + if side > 0 { share - ONE } else { share };
-                lightness[i] = light.clamp(-ONE / 8, ONE + ONE / 8) as i16;
-                by_blur[i] += ((density * (lead - z)) >> 12) as i16;
+                let light = lightness[i] + if side > 0 { share - ONE } else { share };
+                lightness[i] = light.clamp(-ONE / 8, ONE + ONE / 8);
+                by_blur[i] += (density * (lead - z)) >> 12;
                 own[i] = z.abs() > beyond[i].abs();
             }
         }
@@ -298,7 +286,7 @@ impl<'s> View<'s> {
     }
 
     /// The far stretch before (-1) or after (1) the near samples.
-    #[inline]
+    #[inline(always)]
     pub fn far(&self, side: i32) -> Stretch {
         let scene = self.scene;
         let [before, after] = self.crossing.far();
@@ -312,32 +300,35 @@ impl<'s> View<'s> {
         if tail >= TAIL || !self.is_clear(side, bright, log) {
             return Stretch::Mixed;
         }
-        let mixed = if bright { scene.bright - scene.step(tail) } else { scene.dark + scene.step(tail) };
         // Its middle, px / 2.
         let at = side * (6 + (1 << log));
-        let light = self.light + ((self.slope * at) >> 7);
-        let residual = level - scale(mixed, light);
+        let rise = scene.rise(self.axis);
+        let dark = self.dark + ONE / 2 + ((rise.dark * at) >> 1);
+        let contrast = (self.contrast + ((rise.contrast * at) >> 1) + (1 << 5)) >> 6;
+        let lightness = if bright { ONE - tail } else { tail };
+        let residual = level - ((dark + contrast * lightness) >> 14);
         Stretch::Clear(Far { log, bright, residual, place: self.place_at(at) })
     }
 
     /// Share that a far stretch has of the edge.
-    #[inline]
+    #[inline(always)]
     fn tail(&self, side: i32, bright: bool, log: u32) -> i32 {
         let z = if self.track.own.tight {
             let Some((z, lead)) = self.deviations(&self.track.own, side * FAR) else { return 0 };
             z + lead
         } else {
-            self.beyond(side * FAR) + self.lead
+            let [before, .., after] = self.beyond;
+            if side < 0 { before } else { after }
         };
         let z = if bright { -z } else { z };
         if z <= -OVER {
             return 0;
         }
-        mean_tail(z, self.series[0] >> 1, log)
+        mean_tail(z, self.sharpness, log)
     }
 
     /// Whether a far stretch is clear of the other edges, and of the other side of this one.
-    #[inline]
+    #[inline(always)]
     fn is_clear(&self, side: i32, bright: bool, log: u32) -> bool {
         let inwards = bright != self.track.dark_inside;
         if FAR + (PX << log) - PX + self.passage.at.abs() <= self.track.free(inwards) {

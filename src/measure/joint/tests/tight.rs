@@ -35,7 +35,8 @@ fn tight_edges_are_blurred_as_they_are() {
         let (x, y) = if axis == Axis::Row { (along, across) } else { (across, along) };
         let crossing = Crossing::new(axis, ((x + 500) as u16, (y + 500) as u16), near, far);
         let track = scene.track(k).unwrap();
-        let Some(view) = View::new(&scene, &track, &crossing, &origin()) else { continue };
+        let mut room = None;
+        let Some(view) = View::new(&scene, &track, &crossing, &origin(), &mut room) else { continue };
         let mut samples = Samples::default();
         view.samples(&mut samples);
         let misfit = samples.misfit();
