@@ -36,40 +36,17 @@ pub(crate) trait Bytes {
     fn dark<const ROWS: usize>(lines: [Option<&Line>; ROWS], thresholds: u32) -> [u32; ROWS];
 }
 
-/// By plain word arithmetic.
-#[cfg_attr(concentric_dsp, expect(dead_code, reason = "its better is there"))]
-pub(crate) struct Portable;
+// Where its better is there it is for tests.
+#[cfg_attr(concentric_dsp, allow(dead_code))]
+pub(crate) mod portable;
 
 #[cfg(concentric_dsp)]
 pub(crate) use crate::arm::dsp::Dsp as Best;
 #[cfg(not(concentric_dsp))]
-pub(crate) use Portable as Best;
-
-impl Bytes for Portable {
-    const WHOLE: bool = false;
-
-    fn choose(a: u32, b: u32, yes: u32, no: u32) -> u32 {
-        select(spread((a | TOP) - b), yes, no)
-    }
-
-    fn sort(a: u32, b: u32) -> [u32; 2] {
-        let larger = Self::choose(a, b, MOST, 0);
-        [select(larger, b, a), select(larger, a, b)]
-    }
-
-    fn less(a: u32, b: u32) -> u32 {
-        let rest = (a | TOP) - b;
-        rest & spread(rest)
-    }
-
-    fn dark<const ROWS: usize>(lines: [Option<&Line>; ROWS], thresholds: u32) -> [u32; ROWS] {
-        let from = thresholds.to_le_bytes().map(|threshold| TOP - u32::from(threshold) * ONES);
-        lines.map(|line| line.map_or(0, |line| dark(line, &from)))
-    }
-}
+pub(crate) use portable::Portable as Best;
 
 /// Half the levels of four pixels.
-fn half(word: u32) -> u32 {
+pub(crate) fn half(word: u32) -> u32 {
     word >> 1 & MOST
 }
 
@@ -120,7 +97,7 @@ pub(crate) fn extremes(a: &Line, b: &Line) -> [u32; 2] {
 }
 
 #[inline(always)]
-fn extremes_by<B: Bytes>(a: &Line, b: &Line) -> [u32; 2] {
+pub(crate) fn extremes_by<B: Bytes>(a: &Line, b: &Line) -> [u32; 2] {
     let level = |word: u32| if B::WHOLE { u32::from_le(word) } else { half(u32::from_le(word)) };
     let pair = |k: usize| B::sort(level(a[k]), level(b[k + 1]));
     let [[l0, h0], [l1, h1], [l2, h2], [l3, h3]] = [pair(0), pair(2), pair(4), pair(6)];
@@ -137,35 +114,6 @@ fn gather(choose: impl Fn(u32, u32) -> u32, [a, b, c, d]: [u32; 4]) -> u32 {
     let halves = |a: u32, b: u32| choose((a & 0xffff) | b << 16, a >> 16 | (b & 0xffff_0000));
     let (ac, bd) = (halves(a, c), halves(b, d));
     choose((ac & EVEN) | (bd & EVEN) << 8, (ac >> 8 & EVEN) | (bd & !EVEN))
-}
-
-/// One bit for each pixel of a strip's row that is dark, first pixel lowest. `from` is 0x80 less half the threshold in each
-/// byte, for each cell.
-#[inline(never)]
-fn dark(line: &Line, from: &[u32; WORDS / 2]) -> u32 {
-    let mut light = 0;
-    for (words, from) in line.as_chunks::<2>().0.iter().zip(from) {
-        for word in words {
-            light = light >> 1 | ((half(u32::from_le(*word)) + from) & TOP);
-        }
-    }
-    match light {
-        0 => !0,
-        u32::MAX => 0,
-        _ => !by_pixel(light),
-    }
-}
-
-/// Moves bit 8 b + k, where the test of byte b of word k leaves it, to 4 k + b.
-fn by_pixel(bits: u32) -> u32 {
-    let swap = |bits: u32, by: u32, mask: u32| {
-        let changed = (bits >> by ^ bits) & mask;
-        bits ^ changed ^ changed << by
-    };
-    let bits = swap(bits, 12, 0x0000_f0f0);
-    let bits = swap(bits, 6, 0x00cc_00cc);
-    let bits = swap(bits, 3, 0x0a0a_0a0a);
-    swap(bits, 1, 0x2222_2222)
 }
 
 #[cfg(test)]
@@ -195,30 +143,6 @@ mod tests {
 
     fn words(bytes: &[u8; 4 * WORDS]) -> Line {
         core::array::from_fn(|k| u32::from_ne_bytes(*bytes[4 * k..].first_chunk().unwrap()))
-    }
-
-    #[test]
-    fn dark_is_a_comparison_of_every_pixel() {
-        for (i, line) in lines().iter().enumerate() {
-            let thresholds: [u32; 4] = core::array::from_fn(|c| (i * 31 + c * 77) as u32 % 128);
-            let from = thresholds.map(|threshold| TOP - threshold * ONES);
-            let expected = (0..32)
-                .fold(0u32, |bits, x| bits | u32::from(u32::from(line[x]) < 2 * thresholds[x / 8]) << x);
-            assert_eq!(dark(&words(line), &from), expected, "{line:?} {thresholds:?}");
-        }
-    }
-
-    #[test]
-    fn extremes_are_those_of_the_samples() {
-        let lines = lines();
-        for (a, b) in lines.iter().zip(lines.iter().rev()) {
-            let cell = |c: usize| a[8 * c..][..4].iter().chain(&b[8 * c + 4..][..4]).map(|level| level / 2);
-            let [low, high] = extremes(&words(a), &words(b)).map(u32::to_le_bytes);
-            for c in 0..4 {
-                assert_eq!(Some(low[c]), cell(c).min(), "{a:?} {b:?}");
-                assert_eq!(Some(high[c]), cell(c).max(), "{a:?} {b:?}");
-            }
-        }
     }
 
     #[test]

@@ -26,7 +26,7 @@ mod inside;
 mod tests;
 mod threshold;
 
-use calm::calm;
+pub(super) use calm::calm;
 use figure::{cells, is_crowded};
 use threshold::{Columns, column, thresholds};
 
@@ -44,7 +44,7 @@ const CHOSEN_STEP: usize = 11;
 const SAMPLED: [u16; 2] = [1, 3];
 
 /// A strip. Levels are halved, and words have a byte for each cell.
-type Strip = [u32; SIZE];
+pub(super) type Strip = [u32; SIZE];
 const SIZE: usize = 16;
 /// Smallest samples of the cells in the blocks above, in and below the work.
 const LOW: usize = 0;
