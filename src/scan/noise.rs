@@ -62,7 +62,7 @@ impl Noise {
         if self.cells.count == 0 {
             return;
         }
-        let room = if self.cells.count < FEW_CELLS { 2 * self.cells.count.isqrt() / 3 } else { 0 };
+        let room = if self.cells.count < FEW_CELLS { two_thirds_of_root(self.cells.count) } else { 0 };
         let wanted = self.cells.count / 8 + 1 + room;
         let mut seen = 0;
         // Where all have wider ranges there is no noise to be seen for all the edges.
@@ -83,5 +83,22 @@ impl Noise {
         let contrast = (u32::from(self.figure) * limits::CONTRAST_TO_NOISE) >> (NOISE_BITS + 1);
         self.contrast = contrast.clamp(u32::from(limits::MIN_CONTRAST / 2), 127) as u8;
         self.cells = Ranges::NONE;
+    }
+}
+
+/// Two thirds of the square root, rounded down, of less than [`FEW_CELLS`]: the root of `core` has a table of half a kilobyte.
+fn two_thirds_of_root(count: u16) -> u16 {
+    [4, 9, 25].map(|least| u16::from(count >= least)).iter().sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_room_for_few_cells_is_two_thirds_of_a_root() {
+        for count in 0..FEW_CELLS {
+            assert_eq!(two_thirds_of_root(count), 2 * count.isqrt() / 3, "{count}");
+        }
     }
 }
