@@ -74,7 +74,7 @@ fn line(pixels: &Pixels, flawed: bool) -> Line {
 /// Every pair of half levels, in every place of a word.
 fn bytes<B: Bytes>(flawed: bool) -> Agreement {
     let mut found = Agreement::default();
-    let word = |byte: u32| byte | (byte * 5 & 0x7f) << 8 | (byte ^ 0x7f) << 16 | (byte * 3 & 0x7f) << 24;
+    let word = |byte: u32| byte | ((byte * 5) & 0x7f) << 8 | (byte ^ 0x7f) << 16 | ((byte * 3) & 0x7f) << 24;
     let by_byte = |a: u32, b: u32, rule: fn(u8, u8) -> u8| {
         let (a, b) = (a.to_le_bytes(), b.to_le_bytes());
         u32::from_le_bytes(core::array::from_fn(|k| rule(a[k], b[k])))
