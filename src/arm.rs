@@ -1,5 +1,8 @@
 //! What Arm can do and stable Rust does not offer.
 
+#[cfg(concentric_dsp)]
+pub(crate) mod dsp;
+
 use core::arch::naked_asm;
 
 use crate::scan::kernel::MOST;

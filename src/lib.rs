@@ -103,6 +103,9 @@ pub use detector::{
 pub use region::Region;
 pub use reject::{Dropped, Observer, Reject, Rejected, Rejects};
 pub use scan::Run;
+#[cfg(feature = "self-test")]
+#[doc(hidden)]
+pub use scan::agree;
 pub use settings::{Compensation, MAX_SPEC_CIRCLES, Polarity, Settings, SettingsError, TargetSpec};
 pub use storage::Storage;
 pub use summary::{Summary, Used};

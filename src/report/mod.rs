@@ -30,6 +30,7 @@
 #![doc = include_str!("SPECIFICATION.md")]
 
 mod body;
+mod check;
 mod command;
 mod decoder;
 mod fixed;

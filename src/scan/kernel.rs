@@ -2,6 +2,8 @@
 //!
 //! Grey levels are halved first. The bit that this leaves free in each byte takes the carry of a sum or a difference, so that
 //! plain word arithmetic compares four pixels. What the halving loses is nothing: thresholds are even.
+//!
+//! Arm's DSP extension compares whole bytes; what it does instead is in `src/arm/dsp.rs`, and must be the same to the bit.
 
 /// Words of a strip's row.
 pub(crate) const WORDS: usize = 8;
@@ -15,8 +17,36 @@ pub(crate) const TOP: u32 = 0x8080_8080;
 /// The largest half level in each byte.
 pub(crate) const MOST: u32 = !TOP;
 
+/// How the bytes of words are compared, all below 0x80.
+pub(crate) trait Bytes {
+    /// Whether bytes up to 0xff can be sorted.
+    const WHOLE: bool;
+
+    /// In each byte `yes` where that of `a` is at least that of `b`, and `no` elsewhere.
+    fn choose(a: u32, b: u32, yes: u32, no: u32) -> u32;
+
+    /// The smaller and the larger of each byte.
+    fn sort(a: u32, b: u32) -> [u32; 2];
+
+    /// `a` less `b` in each byte, or 0 where `b` is larger.
+    fn less(a: u32, b: u32) -> u32;
+
+    /// One bit for each pixel of rows of a strip that is dark, first pixel lowest: of which half the level is below the byte of
+    /// `thresholds` for its cell.
+    fn dark<const ROWS: usize>(lines: [Option<&Line>; ROWS], thresholds: u32) -> [u32; ROWS];
+}
+
+// Where its better is there it is for tests.
+#[cfg_attr(concentric_dsp, allow(dead_code))]
+pub(crate) mod portable;
+
+#[cfg(concentric_dsp)]
+pub(crate) use crate::arm::dsp::Dsp as Best;
+#[cfg(not(concentric_dsp))]
+pub(crate) use portable::Portable as Best;
+
 /// Half the levels of four pixels.
-fn half(word: u32) -> u32 {
+pub(crate) fn half(word: u32) -> u32 {
     word >> 1 & MOST
 }
 
@@ -25,24 +55,24 @@ pub(crate) fn spread(tops: u32) -> u32 {
     (tops & TOP) - ((tops & TOP) >> 7)
 }
 
-/// 0x7f in each byte of `a` that is at least that of `b`, both below 0x80.
-pub(crate) fn at_least(a: u32, b: u32) -> u32 {
-    spread((a | TOP) - b)
-}
-
 /// In each byte `yes` where `mask` is 0x7f and `no` where it is 0.
 pub(crate) fn select(mask: u32, yes: u32, no: u32) -> u32 {
     no ^ ((yes ^ no) & mask)
 }
 
-/// The smaller of each byte, both below 0x80.
-pub(crate) fn min(a: u32, b: u32) -> u32 {
-    select(at_least(a, b), b, a)
+/// 0x7f in each byte of `a` that is at least that of `b`.
+pub(crate) fn at_least(a: u32, b: u32) -> u32 {
+    Best::choose(a, b, MOST, 0)
 }
 
-/// The larger of each byte, both below 0x80.
+/// The smaller of each byte.
+pub(crate) fn min(a: u32, b: u32) -> u32 {
+    Best::choose(a, b, b, a)
+}
+
+/// The larger of each byte.
 pub(crate) fn max(a: u32, b: u32) -> u32 {
-    select(at_least(a, b), a, b)
+    Best::choose(a, b, a, b)
 }
 
 /// Whether half the levels of every other word of `line`, from word `FIRST` on, are in a window: `low` is 0x80 less its lower
@@ -63,50 +93,27 @@ pub(crate) fn within<const FIRST: usize>(line: &Line, low: u32, width: u32) -> b
 /// Half the smallest and half the largest level of each of four cells, 8 px wide: bytes in the order of the columns.
 #[inline(never)]
 pub(crate) fn extremes(a: &Line, b: &Line) -> [u32; 2] {
-    let pair = |k: usize| {
-        let (p, q) = (half(u32::from_le(a[k])), half(u32::from_le(b[k + 1])));
-        let larger = at_least(p, q);
-        [select(larger, q, p), select(larger, p, q)]
-    };
+    extremes_by::<Best>(a, b)
+}
+
+#[inline(always)]
+pub(crate) fn extremes_by<B: Bytes>(a: &Line, b: &Line) -> [u32; 2] {
+    let level = |word: u32| if B::WHOLE { u32::from_le(word) } else { half(u32::from_le(word)) };
+    let pair = |k: usize| B::sort(level(a[k]), level(b[k + 1]));
     let [[l0, h0], [l1, h1], [l2, h2], [l3, h3]] = [pair(0), pair(2), pair(4), pair(6)];
-    [gather(min, [l0, l1, l2, l3]), gather(max, [h0, h1, h2, h3])]
+    let [least, most] = [
+        gather(|a, b| B::choose(a, b, b, a), [l0, l1, l2, l3]),
+        gather(|a, b| B::choose(a, b, a, b), [h0, h1, h2, h3]),
+    ];
+    if B::WHOLE { [half(least), half(most)] } else { [least, most] }
 }
 
 /// The bytes of each of four words, `choose`n to one.
 fn gather(choose: impl Fn(u32, u32) -> u32, [a, b, c, d]: [u32; 4]) -> u32 {
     const EVEN: u32 = 0x00ff_00ff;
-    let halves = |a: u32, b: u32| choose((a & EVEN) | (b & EVEN) << 8, (a >> 8 & EVEN) | (b & !EVEN));
-    let (ab, cd) = (halves(a, b), halves(c, d));
-    choose((ab & 0xffff) | cd << 16, ab >> 16 | (cd & 0xffff_0000))
-}
-
-/// One bit for each pixel of a strip's row that is dark, first pixel lowest. `from` is 0x80 less half the threshold in each
-/// byte, for each cell.
-#[inline(never)]
-pub(crate) fn dark(line: &Line, from: &[u32; WORDS / 2]) -> u32 {
-    let mut light = 0;
-    for (words, from) in line.as_chunks::<2>().0.iter().zip(from) {
-        for word in words {
-            light = light >> 1 | ((half(u32::from_le(*word)) + from) & TOP);
-        }
-    }
-    match light {
-        0 => !0,
-        u32::MAX => 0,
-        _ => !by_pixel(light),
-    }
-}
-
-/// Moves bit 8 b + k, where the test of byte b of word k leaves it, to 4 k + b.
-fn by_pixel(bits: u32) -> u32 {
-    let swap = |bits: u32, by: u32, mask: u32| {
-        let changed = (bits >> by ^ bits) & mask;
-        bits ^ changed ^ changed << by
-    };
-    let bits = swap(bits, 12, 0x0000_f0f0);
-    let bits = swap(bits, 6, 0x00cc_00cc);
-    let bits = swap(bits, 3, 0x0a0a_0a0a);
-    swap(bits, 1, 0x2222_2222)
+    let halves = |a: u32, b: u32| choose((a & 0xffff) | b << 16, a >> 16 | (b & 0xffff_0000));
+    let (ac, bd) = (halves(a, c), halves(b, d));
+    choose((ac & EVEN) | (bd & EVEN) << 8, (ac >> 8 & EVEN) | (bd & !EVEN))
 }
 
 #[cfg(test)]
@@ -136,30 +143,6 @@ mod tests {
 
     fn words(bytes: &[u8; 4 * WORDS]) -> Line {
         core::array::from_fn(|k| u32::from_ne_bytes(*bytes[4 * k..].first_chunk().unwrap()))
-    }
-
-    #[test]
-    fn dark_is_a_comparison_of_every_pixel() {
-        for (i, line) in lines().iter().enumerate() {
-            let thresholds: [u32; 4] = core::array::from_fn(|c| (i * 31 + c * 77) as u32 % 128);
-            let from = thresholds.map(|threshold| TOP - threshold * ONES);
-            let expected = (0..32)
-                .fold(0u32, |bits, x| bits | u32::from(u32::from(line[x]) < 2 * thresholds[x / 8]) << x);
-            assert_eq!(dark(&words(line), &from), expected, "{line:?} {thresholds:?}");
-        }
-    }
-
-    #[test]
-    fn extremes_are_those_of_the_samples() {
-        let lines = lines();
-        for (a, b) in lines.iter().zip(lines.iter().rev()) {
-            let cell = |c: usize| a[8 * c..][..4].iter().chain(&b[8 * c + 4..][..4]).map(|level| level / 2);
-            let [low, high] = extremes(&words(a), &words(b)).map(u32::to_le_bytes);
-            for c in 0..4 {
-                assert_eq!(Some(low[c]), cell(c).min(), "{a:?} {b:?}");
-                assert_eq!(Some(high[c]), cell(c).max(), "{a:?} {b:?}");
-            }
-        }
     }
 
     #[test]

@@ -9,6 +9,8 @@
 //! A region of either polarity and its outer outline are the same thing here: following outlines instead of pixels
 //! labels dark and light regions at once, gives the moments of the *filled* shape, and says what lies in what.
 
+#[cfg(any(test, feature = "self-test"))]
+pub mod agree;
 mod crossings;
 pub(crate) mod kernel;
 mod link;

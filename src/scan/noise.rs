@@ -12,12 +12,32 @@ const FEW_CELLS: u16 = 32;
 /// Fractional bits of the figure.
 const NOISE_BITS: u32 = 4;
 
+/// Cells by the difference of their samples.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ranges {
+    counts: [u16; RANGES],
+    /// Cells, also those of wider ranges.
+    pub count: u16,
+}
+
+impl Ranges {
+    pub const NONE: Self = Self { counts: [0; RANGES], count: 0 };
+
+    /// Adds the first `cells` of a strip.
+    pub fn add(&mut self, [low, high]: Extremes, cells: usize) {
+        for range in rolled((high - low).to_le_bytes().into_iter().take(cells)) {
+            if let Some(count) = self.counts.get_mut(usize::from(range)) {
+                *count += 1;
+            }
+            self.count += 1;
+        }
+    }
+}
+
 /// What noise makes of cells without edges.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noise {
-    /// Cells by the difference of their samples.
-    ranges: [u16; RANGES],
-    pub count: u16,
+    pub cells: Ranges,
     /// The range that one cell in eight stays below: even on a crowded board that many are flat.
     figure: u16,
     /// Smallest difference of half levels that counts as an edge.
@@ -26,46 +46,28 @@ pub(crate) struct Noise {
 
 impl Noise {
     pub const NONE: Self =
-        Self { ranges: [0; RANGES], count: 0, figure: 0, contrast: limits::MIN_CONTRAST.div_ceil(2) };
+        Self { cells: Ranges::NONE, figure: 0, contrast: limits::MIN_CONTRAST.div_ceil(2) };
 
-    /// Adds the first `cells` of a strip.
-    pub fn add(&mut self, [low, high]: Extremes, cells: usize) {
-        for range in rolled((high - low).to_le_bytes().into_iter().take(cells)) {
-            if let Some(count) = self.ranges.get_mut(usize::from(range)) {
-                *count += 1;
-            }
-            self.count += 1;
+    /// Adds those of `ranges` in which there is no edge: noise, and light that changes slowly.
+    pub fn add_flat(&mut self, ranges: &Ranges) {
+        let both = self.cells.counts.iter_mut().zip(&ranges.counts);
+        for (count, more) in rolled(both.take(self.contrast.into())) {
+            *count += more;
+            self.cells.count += more;
         }
-    }
-
-    /// Adds those of the first `cells` of a strip in which there is no edge: noise, and light that changes slowly.
-    pub fn add_flat(&mut self, [low, high]: Extremes, cells: usize) {
-        for range in (high - low).to_le_bytes().into_iter().take(cells) {
-            if range < self.contrast
-                && let Some(count) = self.ranges.get_mut(usize::from(range))
-            {
-                *count += 1;
-                self.count += 1;
-            }
-        }
-    }
-
-    /// Takes the cells of `other` instead.
-    pub fn replace(&mut self, other: &Self) {
-        (self.ranges, self.count) = (other.ranges, other.count);
     }
 
     /// Takes the figure from the cells, and forgets these.
     pub fn settle(&mut self) {
-        if self.count == 0 {
+        if self.cells.count == 0 {
             return;
         }
-        let room = if self.count < FEW_CELLS { 2 * self.count.isqrt() / 3 } else { 0 };
-        let wanted = self.count / 8 + 1 + room;
+        let room = if self.cells.count < FEW_CELLS { two_thirds_of_root(self.cells.count) } else { 0 };
+        let wanted = self.cells.count / 8 + 1 + room;
         let mut seen = 0;
         // Where all have wider ranges there is no noise to be seen for all the edges.
         let mut figure = self.figure;
-        for (range, &count) in rolled(self.ranges.iter().enumerate()) {
+        for (range, &count) in rolled(self.cells.counts.iter().enumerate()) {
             if seen + count >= wanted {
                 // A range stands for those half a level below and above it.
                 let share = ((wanted - seen) << NOISE_BITS) / count.max(1);
@@ -80,6 +82,23 @@ impl Noise {
             if self.figure == 0 || edges { figure } else { self.figure - self.figure / 4 + figure / 4 };
         let contrast = (u32::from(self.figure) * limits::CONTRAST_TO_NOISE) >> (NOISE_BITS + 1);
         self.contrast = contrast.clamp(u32::from(limits::MIN_CONTRAST / 2), 127) as u8;
-        (self.ranges, self.count) = ([0; RANGES], 0);
+        self.cells = Ranges::NONE;
+    }
+}
+
+/// Two thirds of the square root, rounded down, of less than [`FEW_CELLS`]: the root of `core` has a table of half a kilobyte.
+fn two_thirds_of_root(count: u16) -> u16 {
+    [4, 9, 25].map(|least| u16::from(count >= least)).iter().sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_room_for_few_cells_is_two_thirds_of_a_root() {
+        for count in 0..FEW_CELLS {
+            assert_eq!(two_thirds_of_root(count), 2 * count.isqrt() / 3, "{count}");
+        }
     }
 }

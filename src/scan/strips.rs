@@ -10,8 +10,8 @@
 //! between them. A strip is calm as long as its samples stay in the window in which they were when it was last measured; in
 //! calm surroundings nothing else is done to it, and its pixels are all taken to be on one side.
 
-use super::kernel::{self, Line, MOST, ONES, TOP, WORDS};
-use super::noise::Noise;
+use super::kernel::{self, Best, Bytes as _, Line, MOST, ONES, TOP, WORDS};
+use super::noise::{Noise, Ranges};
 use super::rows::{BLOCK_ROWS, Rows};
 use super::runs::Budget;
 use crate::list::rolled;
@@ -26,7 +26,7 @@ mod inside;
 mod tests;
 mod threshold;
 
-use calm::calm;
+pub(super) use calm::calm;
 use figure::{cells, is_crowded};
 use threshold::{Columns, column, thresholds};
 
@@ -44,7 +44,7 @@ const CHOSEN_STEP: usize = 11;
 const SAMPLED: [u16; 2] = [1, 3];
 
 /// A strip. Levels are halved, and words have a byte for each cell.
-type Strip = [u32; SIZE];
+pub(super) type Strip = [u32; SIZE];
 const SIZE: usize = 16;
 /// Smallest samples of the cells in the blocks above, in and below the work.
 const LOW: usize = 0;
@@ -177,7 +177,7 @@ impl<'s> Strips<'s> {
             // A strip that is not chosen for its edges.
             let chosen = usize::from(self.blocks) * CHOSEN_STEP % self.count.max(1);
             if let (Some(a), Some(b)) = (a.get(chosen), b.get(chosen)) {
-                self.noise.add(kernel::extremes(a, b), cells(chosen, frame));
+                self.noise.cells.add(kernel::extremes(a, b), cells(chosen, frame));
             }
         }
         // Most blocks have none, and it is large.
@@ -187,7 +187,7 @@ impl<'s> Strips<'s> {
             if inside.is_empty() && !is_whole {
                 inside = self.inside(inside.end);
             }
-            let Self { data, noise, count, blocks, .. } = &mut *self;
+            let Self { data, count, blocks, .. } = &mut *self;
             // Every other word, and the others in the next block.
             let even = blocks.is_multiple_of(2);
             let strips = strips_mut(data, *count);
@@ -208,14 +208,11 @@ impl<'s> Strips<'s> {
             inside.start += 1;
             age(strip);
             let extremes = kernel::extremes(a, b);
-            restless.get_or_insert(Noise::NONE).add(extremes, cells(i, frame));
-            if is_whole {
-                noise.add_flat(extremes, cells(i, frame));
-            }
+            restless.get_or_insert(Ranges::NONE).add(extremes, cells(i, frame));
             take(strip, extremes, contrast);
         }
         if is_whole {
-            self.settle(restless, frame);
+            self.settle(restless.as_ref(), frame);
         }
         self.blocks += 1;
         self.calm_blocks += 1;
@@ -240,14 +237,17 @@ impl<'s> Strips<'s> {
         under_way
     }
 
-    /// Takes the noise of the strips that are not calm where there are too many of them, and settles what is known of it.
+    /// Takes what the strips that are not calm tell of the noise, and settles what is known of it. Where there are too many of
+    /// them they count alone, with their edges.
     #[inline(always)]
-    fn settle(&mut self, restless: Option<Noise>, frame: u16) {
+    fn settle(&mut self, restless: Option<&Ranges>, frame: u16) {
         let crowded = restless.filter(|restless| is_crowded(restless, frame));
-        if let Some(restless) = crowded.filter(|_| self.blocks > 0) {
-            self.noise.replace(&restless);
+        match (crowded, restless) {
+            (Some(crowded), _) if self.blocks > 0 => self.noise.cells = *crowded,
+            (_, Some(restless)) => self.noise.add_flat(restless),
+            _ => (),
         }
-        if crowded.is_some() || self.noise.count >= CELLS_WANTED {
+        if crowded.is_some() || self.noise.cells.count >= CELLS_WANTED {
             self.noise.settle();
         }
     }
@@ -330,8 +330,7 @@ impl<'s> Strips<'s> {
         let Some(strip) = self.all_mut().get_mut(i) else { return [0; BLOCK_ROWS] };
         let thresholds = thresholds(strip[THRESHOLDS], about, contrast, targets);
         strip[THRESHOLDS] = thresholds;
-        let from = thresholds.to_le_bytes().map(|threshold| TOP - u32::from(threshold) * ONES);
-        let dark = lines.map(|line| line.map_or(0, |line| kernel::dark(line, &from)));
+        let dark = Best::dark(lines, thresholds);
         strip[DARK..WINDOW].copy_from_slice(&dark);
         strip[FLAGS] &= !SIDE;
         match kernel::at_least(strip[LOW + 2], thresholds) {

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, anyhow, ensure};
 
 use crate::Root;
+use crate::bench;
 use crate::image::{Forbidden, Image};
 use crate::package::{NOWHERE, Package};
 use crate::setup::Emulator;
@@ -94,8 +95,10 @@ pub fn check_symbols(image: &Image, tally: &mut Tally) {
     }
 }
 
-/// Runs the firmware in QEMU: the same frames must give the same bytes as on the desktop.
+/// Runs the firmware in QEMU: the kernels of every processor must give what their models do, and the same frames the same
+/// bytes as on the desktop.
 pub fn qemu_step(root: &Root, tally: &mut Tally) -> Result<()> {
+    bench::compare_kernels(root, tally)?;
     let mut test = root.cargo(&[
         "test",
         "--release",

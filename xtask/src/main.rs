@@ -33,7 +33,8 @@ Usage: cargo xtask COMMAND
   host      tests of the library and of the desktop program
   firmware  build the firmware, print its sizes, look for panics, heap and f64 arithmetic in it
   boards    build the firmware of boards that are not emulated, and the library with its logs
-  qemu      run the firmware in QEMU: its reports must equal the desktop's byte for byte
+  qemu      run the firmware in QEMU: every processor's kernels must give what slow models give, and
+            the reports must equal the desktop's byte for byte
   bench     count instructions and bytes on five processors, see `cargo xtask bench --help`
   mps2      run the firmware by hand, see `cargo xtask mps2 --help`
 

@@ -1,11 +1,15 @@
 //! Measures the frames that lie in the board's memory and prints a line for each: number, bytes of stack and of storage,
-//! the report in hexadecimal digits. See `README.md` beside this package.
+//! the report in hexadecimal digits. With the feature `kernels` compares the kernels with their models instead.
 
 #![no_std]
 #![no_main]
+// Nothing is measured.
+#![cfg_attr(feature = "kernels", allow(dead_code))]
 
 mod hardware;
 mod job;
+#[cfg(feature = "kernels")]
+mod kernels;
 mod measure;
 
 use core::fmt::{self, Write as _};
@@ -59,6 +63,9 @@ impl fmt::Write for Console {
 
 #[entry]
 fn main() -> ! {
+    #[cfg(feature = "kernels")]
+    let done = kernels::agree();
+    #[cfg(not(feature = "kernels"))]
     let done = run(hardware::memory(), hardware::frames());
     process::exit(if done.is_some() { 0 } else { 1 })
 }

@@ -1,7 +1,7 @@
 //! Which cells tell of the noise.
 
 use super::super::kernel;
-use super::super::noise::Noise;
+use super::super::noise::{Noise, Ranges};
 use super::super::rows::Rows;
 use super::{CELLS_WANTED, STRIP, Strips};
 
@@ -15,7 +15,7 @@ pub(super) fn cells(strip: usize, width: u16) -> usize {
 
 /// Whether nearly all cells of a block are `restless`, which is for the noise. In a narrow frame a target and uneven light do that,
 /// too.
-pub(super) fn is_crowded(restless: &Noise, width: u16) -> bool {
+pub(super) fn is_crowded(restless: &Ranges, width: u16) -> bool {
     restless.count >= CELLS_WANTED / 2 && 8 * usize::from(restless.count) >= 7 * cells(0, width)
 }
 
@@ -26,9 +26,9 @@ impl Strips<'_> {
         self.noise = Noise::NONE;
         // A narrow frame has few cells; the pixels between the samples make more.
         for (a, b) in [(b, d), (d, b), (a, c), (c, a)] {
-            if self.noise.count < CELLS_WANTED {
+            if self.noise.cells.count < CELLS_WANTED {
                 for (i, (a, b)) in a.iter().zip(b).enumerate() {
-                    self.noise.add(kernel::extremes(a, b), cells(i, rows.width()));
+                    self.noise.cells.add(kernel::extremes(a, b), cells(i, rows.width()));
                 }
             }
         }

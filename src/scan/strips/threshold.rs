@@ -1,6 +1,6 @@
 //! The thresholds of a strip's cells from the extremes about them.
 
-use super::super::kernel::{self, MOST, ONES, TOP};
+use super::super::kernel::{self, Best, Bytes as _, MOST, ONES};
 use super::{Extremes, NOTHING, Strip};
 use crate::settings::Polarity;
 
@@ -43,17 +43,11 @@ pub(super) fn thresholds(held: u32, [low, high]: Extremes, contrast: u8, targets
     let distance = kernel::max((middle >> 3) & (0x0f * ONES), (contrast >> 1) & MOST);
     let above = middle + distance;
     let above = kernel::select(kernel::spread(above), MOST, above & MOST);
-    let (up, down) = (kernel::max(held, above), kernel::min(held, less(middle, distance)));
+    let (up, down) = (kernel::max(held, above), kernel::min(held, Best::less(middle, distance)));
     let is_light = match targets {
-        Polarity::Dark => kernel::at_least(middle, less(held, doubt)),
-        Polarity::Light => kernel::at_least(less(middle, doubt), held),
+        Polarity::Dark => kernel::at_least(middle, Best::less(held, doubt)),
+        Polarity::Light => kernel::at_least(Best::less(middle, doubt), held),
     };
     let kept = kernel::select(is_light, down, up);
     kernel::select(kernel::at_least(high - low, contrast), middle, kept)
-}
-
-/// `a` less `b` in each byte, both below 0x80, or 0 where `b` is larger.
-fn less(a: u32, b: u32) -> u32 {
-    let rest = (a | TOP) - b;
-    rest & kernel::spread(rest)
 }

@@ -75,6 +75,15 @@ impl Options {
     }
 }
 
+/// Compares the kernels of every processor with their models.
+pub fn compare_kernels(root: &Root, tally: &mut Tally) -> Result<()> {
+    for processor in ALL {
+        processor.emulator.ensure()?;
+        tally.check(run::compare_kernels(root, &processor));
+    }
+    Ok(())
+}
+
 /// The command.
 pub fn command(root: &Root, arguments: &[String]) -> Result<ExitCode> {
     if arguments.iter().any(|argument| ["-h", "--help"].contains(&argument.as_str())) {

@@ -172,10 +172,7 @@ impl Job {
     fn run(&self, processor: &Processor, elf: &Path) -> Result<[String; 2]> {
         let file = |name: &str| self.folder.join(format!("{}.{name}", processor.id));
         let (printed, counted) = (file("out"), file("counts"));
-        let mut qemu = Command::new(processor.emulator.program());
-        qemu.args(processor.machine).args(["-display", "none", "-serial", "none", "-monitor", "none"]);
-        qemu.args(["-chardev", "stdio,id=out"]);
-        qemu.args(["-semihosting-config", "enable=on,target=native,chardev=out"]);
+        let mut qemu = emulator(processor);
         let frames = self.folder.join("frames.bin");
         let loader = format!("loader,file={},addr={:#x},force-raw=on", frames.display(), processor.frames);
         let plugin = format!("{},model={},out={}", self.plugin.display(), processor.model, counted.display());
@@ -237,6 +234,29 @@ fn take_counts(line: &str, measured: &mut Measured) -> Result<()> {
         _ => bail!("no such region"),
     }
     Ok(())
+}
+
+/// Runs the firmware of a processor that compares its kernels with models of them; prints what it found.
+///
+/// # Errors
+/// The firmware does not build, or a kernel differs from its model, or it did not notice a flaw.
+pub fn compare_kernels(root: &Root, processor: &Processor) -> Result<()> {
+    let elf = processor.package.build_with(root, &[&LEAN[..], &["--features", "kernels"]].concat())?;
+    let printed = elf.with_extension("out");
+    let mut qemu = emulator(processor);
+    qemu.arg("-kernel").arg(&elf).stdin(Stdio::null()).stdout(File::create(&printed)?);
+    let end = run_to_end(&mut qemu);
+    print!("{}:\n{}", processor.name, fs::read_to_string(printed)?);
+    end.with_context(|| format!("kernels of {}", processor.name))
+}
+
+/// The emulator of a processor, whose output is the firmware's.
+fn emulator(processor: &Processor) -> Command {
+    let mut qemu = Command::new(processor.emulator.program());
+    qemu.args(processor.machine).args(["-display", "none", "-serial", "none", "-monitor", "none"]);
+    qemu.args(["-chardev", "stdio,id=out"]);
+    qemu.args(["-semihosting-config", "enable=on,target=native,chardev=out"]);
+    qemu
 }
 
 /// `cargo SUBCOMMAND` for the plugin that counts.
