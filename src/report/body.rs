@@ -95,13 +95,10 @@ impl Hello {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrameHead {
     /// Number of the frame.
-    #[serde(serialize_with = "unsigned")]
     pub seq: u32,
     /// Width, px.
-    #[serde(serialize_with = "unsigned")]
     pub width: u16,
     /// Height, px.
-    #[serde(serialize_with = "unsigned")]
     pub height: u16,
     /// Only regions of it were searched, where targets were expected.
     pub limited: bool,
@@ -112,13 +109,10 @@ pub struct FrameHead {
     #[serde(with = "Losses")]
     pub dropped: Dropped,
     /// Broken outlines in which no arcs were looked for, because the frame had used up its searches.
-    #[serde(serialize_with = "unsigned")]
     pub unsearched: u32,
     /// Targets that were found and did not fit in the report.
-    #[serde(serialize_with = "unsigned")]
     pub dropped_targets: u32,
     /// Reports that the head has given up since its reset, because its line was too slow for them.
-    #[serde(serialize_with = "unsigned")]
     pub dropped_reports: u32,
     /// How much follows for each target.
     pub detail: Detail,
@@ -129,22 +123,17 @@ pub struct FrameHead {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TargetEntry {
     /// Number that the target carries; 0: it carries none.
-    #[serde(serialize_with = "unsigned")]
     pub id: u16,
     /// Number of its track, the same from frame to frame; 0: it is not followed.
-    #[serde(serialize_with = "unsigned")]
     pub track: u16,
     /// Frames since it appeared; 65535: that or more.
-    #[serde(serialize_with = "unsigned")]
     pub age: u16,
     /// True centre, in the [image coordinates](crate::target#image-coordinates).
     #[serde(with = "Place")]
     pub centre: Position,
     /// Standard deviation of its x, 1/65536 px; 65535: 1 px or more.
-    #[serde(serialize_with = "unsigned")]
     pub sigma_x: u16,
     /// Standard deviation of its y, 1/65536 px; 65535: 1 px or more.
-    #[serde(serialize_with = "unsigned")]
     pub sigma_y: u16,
     /// Correlation of x and y, 1/127.
     pub correlation: i8,
@@ -175,16 +164,12 @@ pub enum Details {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Shape {
     /// Semi-major axis, 1/4096 px.
-    #[serde(serialize_with = "unsigned")]
     pub a: u32,
     /// Semi-minor axis, 1/4096 px.
-    #[serde(serialize_with = "unsigned")]
     pub b: u32,
     /// Direction of the major axis from +x towards +y, pi/32768 rad.
-    #[serde(serialize_with = "signed")]
     pub theta: i16,
     /// RMS distance of the edge points from the ellipse, 1/65536 px; 65535: 1 px or more.
-    #[serde(serialize_with = "unsigned")]
     pub rms: u16,
 }
 
@@ -199,13 +184,10 @@ pub struct FullEntry {
     #[serde(with = "Place")]
     pub exact: Position,
     /// Bright minus dark level, 1/16 grey level.
-    #[serde(serialize_with = "unsigned")]
     pub contrast: u16,
     /// Standard deviation of the grey levels in the flat areas, 1/256 grey level.
-    #[serde(serialize_with = "unsigned")]
     pub noise: u16,
     /// Standard deviation of the edge's blur, 1/256 px.
-    #[serde(serialize_with = "unsigned")]
     pub blur: u16,
     /// The circles, outermost first.
     pub circles: Vec<CircleEntry, MAX_CIRCLES>,
@@ -221,16 +203,12 @@ pub struct CircleEntry {
     /// Shape of the ellipse.
     pub shape: Shape,
     /// Edge points in the fit.
-    #[serde(serialize_with = "unsigned")]
     pub points: u16,
     /// Largest angle without edge points, 1/16 degree.
-    #[serde(serialize_with = "unsigned")]
     pub gap: u16,
     /// Radius as a ratio of the outer circle's, 1/65535.
-    #[serde(serialize_with = "unsigned")]
     pub ratio: u16,
     /// The same as it was measured, 1/65535.
-    #[serde(serialize_with = "unsigned")]
     pub measured_ratio: u16,
 }
 
@@ -328,45 +306,20 @@ impl Serialize for Details {
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Position")]
 struct Place {
-    #[serde(serialize_with = "signed")]
     x: i32,
-    #[serde(serialize_with = "signed")]
     y: i32,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Flags")]
-struct FlagBits(#[serde(serialize_with = "unsigned")] u16);
+struct FlagBits(u16);
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Dropped")]
 struct Losses {
-    #[serde(serialize_with = "unsigned")]
     runs: u32,
-    #[serde(serialize_with = "unsigned")]
     outlines: u32,
-    #[serde(serialize_with = "unsigned")]
     crossings: u32,
-}
-
-/// A number of any width, which makes no difference on the wire. Not inlined: it is in every field.
-#[inline(never)]
-fn wide<S: Serializer>(number: u32, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_u32(number)
-}
-
-fn unsigned<S: Serializer>(number: &(impl Copy + Into<u32>), serializer: S) -> Result<S::Ok, S::Error> {
-    wide((*number).into(), serializer)
-}
-
-/// The same with a sign.
-#[inline(never)]
-fn wide_signed<S: Serializer>(number: i32, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_i32(number)
-}
-
-fn signed<S: Serializer>(number: &(impl Copy + Into<i32>), serializer: S) -> Result<S::Ok, S::Error> {
-    wide_signed((*number).into(), serializer)
 }
 
 /// [`Rejects`] as one count a cause, in the order of [`Reject::ALL`].

@@ -6,12 +6,14 @@
 
 use core::fmt;
 
+use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 
-use super::check::Check;
 use super::{Kind, SEPARATOR, WIRE_VERSION};
-use crate::list::rolled;
+
+/// Without a table: 1 KiB of flash saved, and a byte costs less than a thirtieth of its time on a 1 Mbaud line.
+pub(super) static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// Why a message could not be encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,12 +60,12 @@ struct Frame<'b> {
     code_at: usize,
     /// Its value so far: distance to the next zero.
     code: u8,
-    check: Check,
+    digest: Digest<'static, u32, NoTable>,
 }
 
 impl<'b> Frame<'b> {
     fn begin(kind: Kind, out: &'b mut [u8]) -> Self {
-        let mut frame = Self { out, len: 0, code_at: 0, code: 1, check: Check::START };
+        let mut frame = Self { out, len: 0, code_at: 0, code: 1, digest: CRC.digest() };
         if !matches!(kind, Kind::Frame) {
             frame.append(SEPARATOR);
         }
@@ -73,8 +75,10 @@ impl<'b> Frame<'b> {
         frame
     }
 
+    /// Not inlined: the serializer has it in every field.
+    #[inline(never)]
     fn content(&mut self, byte: u8) {
-        self.check.update(byte);
+        self.digest.update(&[byte]);
         self.stuff(byte);
     }
 
@@ -115,8 +119,6 @@ impl<'b> Frame<'b> {
 impl Flavor for Frame<'_> {
     type Output = usize;
 
-    /// Not inlined: the serializer has it in every field.
-    #[inline(never)]
     fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
         self.content(byte);
         Ok(())
@@ -125,12 +127,13 @@ impl Flavor for Frame<'_> {
     /// Not inlined: the serializer has it in every number.
     #[inline(never)]
     fn try_extend(&mut self, data: &[u8]) -> postcard::Result<()> {
-        rolled(data).for_each(|byte| self.content(*byte));
+        self.digest.update(data);
+        data.iter().for_each(|byte| self.stuff(*byte));
         Ok(())
     }
 
     fn finalize(mut self) -> postcard::Result<usize> {
-        for byte in self.check.bytes() {
+        for byte in self.digest.clone().finalize().to_le_bytes() {
             self.stuff(byte);
         }
         self.close_block();

@@ -30,7 +30,6 @@
 #![doc = include_str!("SPECIFICATION.md")]
 
 mod body;
-mod check;
 mod command;
 mod decoder;
 mod fixed;

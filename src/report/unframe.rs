@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::check::Check;
+use super::frame::CRC;
 use super::{DecodeError, SEPARATOR, WIRE_VERSION};
 
 /// Takes a stream apart at its separators, byte by byte.
@@ -79,7 +79,7 @@ impl<const N: usize> Unframer<N> {
 fn check(plain: &[u8]) -> Result<(u8, &[u8]), DecodeError> {
     let (content, crc) = plain.split_last_chunk::<4>().ok_or(DecodeError::TooShort)?;
     let ([version, kind], body) = content.split_first_chunk::<2>().ok_or(DecodeError::TooShort)?;
-    if Check::of(content) != *crc {
+    if CRC.checksum(content) != u32::from_le_bytes(*crc) {
         return Err(DecodeError::Checksum);
     }
     if *version != WIRE_VERSION {
