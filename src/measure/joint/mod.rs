@@ -47,20 +47,18 @@ use view::View;
 /// Most steps with few crossings, and with all.
 const FEW_STEPS: usize = 5;
 const STEPS: usize = 4;
-/// A step with few crossings below this, px, is the last, because its own noise is as large; or, where edges blur into each other,
-/// because a step with few crossings of a small target saves little.
-const SETTLED_FEW: f32 = 0.1;
-const SETTLED_FEW_WELL: f32 = 0.25;
+/// A step with few crossings below this, px, is the last, because its own noise is nearly as large, and more of them save little; or
+/// below the second where edges merge, where that is much less.
+const SETTLED_FEW: f32 = 0.2;
+const SETTLED_FEW_WELL: f32 = 0.1;
 /// The first one is if it also changes the blur by less than this share, and leaves less noise than this share of the contrast: so
 /// little that nothing foreign hides in it.
 const SETTLED_BLUR: f32 = 0.1;
 const QUIET: f32 = 0.04;
 /// ... one with all below this: the next would be its square over the blur.
 const SETTLED: f32 = 0.05;
-/// The same where edges blur into each other, which the equations leave out, or where the points scatter.
+/// The same where edges merge, which the equations leave out, or where the points scatter.
 const SETTLED_WELL: f32 = 0.01;
-/// Steps there shrink by a share: this is left, px, if all shrink as far as since the one before.
-const LEFT: f32 = 0.001;
 /// Residual, as a share of the contrast, that is no target at first, ...
 const FOREIGN: f32 = 0.5;
 /// ... and while few crossings are used, with room for so many standard deviations of the noise.
@@ -157,20 +155,19 @@ fn settle(
     let size = edges.edges.first()?.shape.semi_axes().0;
     let mut pass = Pass::new();
     let mut steps = Steps { edges, pool, origin, ringed, size, pass: &mut pass };
-    let (noise, mut before) = steps.settle_few(&mut model)?;
+    let noise = steps.settle_few(&mut model)?;
     *calm = noise.calm / model.contrast();
     for _ in 0..STEPS {
         let contrast = model.contrast();
         let scene = Scene::new(&model, size, noise.all, ringed);
         let overlapping = scene.overlapping;
+        let settled = if scene.merging { SETTLED_WELL } else { SETTLED };
         // The model is less exact where edges blur into each other.
         let uneven = limits::UNEVEN * contrast * if overlapping { 1.0 } else { 0.5 };
         let room = (2.0 * uneven, uneven);
         let gate = Gate::new(false, limits::MISFIT * contrast + SIGMAS * noise.all, room, noise.calm);
         let step = steps.next(&scene, &gate)?;
         let moved = model.take(&step, size)?;
-        let settled = if overlapping { SETTLED_WELL.max(math::sqrt(LEFT * before)) } else { SETTLED };
-        before = moved;
         if moved < settled {
             check_contrast(model.contrast()).ok()?;
             if !steps.pass.is_clean() {
@@ -188,17 +185,15 @@ fn settle(
 }
 
 impl Steps<'_> {
-    /// Steps with few crossings, until they settle. Gives the longest of them, px, too.
-    fn settle_few(&mut self, model: &mut Model) -> Option<(Noise, f32)> {
-        let mut longest = 0.0f32;
+    /// Steps with few crossings, until they settle.
+    fn settle_few(&mut self, model: &mut Model) -> Option<Noise> {
         let mut misfit = FOREIGN * model.contrast();
         for step in 0..FEW_STEPS {
             let gate = Gate::new(true, misfit, (misfit, f32::INFINITY), 0.0);
             let scene = Scene::new(model, self.size, ROUNDING, self.ringed);
-            let settled = if scene.overlapping { SETTLED_FEW_WELL } else { SETTLED_FEW };
+            let settled = if scene.merging { SETTLED_FEW_WELL } else { SETTLED_FEW };
             let taken = self.next(&scene, &gate)?;
             let moved = model.take(&taken, self.size)?;
-            longest = longest.max(moved);
             let noise = math::sqrt(self.pass.arrow.solved.as_ref()?.variance).max(ROUNDING);
             // The first step finds the light; what fits it badly is not known before.
             let known = step > 0
@@ -206,7 +201,7 @@ impl Steps<'_> {
             if known && moved < settled {
                 // A difference has the noise of two samples.
                 let calm = (CALM_ROOM * FRAC_1_SQRT_2 * self.pass.calm.sigma()).max(ROUNDING);
-                return Some((Noise { all: noise, calm: noise.min(calm) }, longest));
+                return Some(Noise { all: noise, calm: noise.min(calm) });
             }
             misfit = (FOREIGN_FEW * model.contrast() + SIGMAS * noise).min(0.5 * FOREIGN * model.contrast());
         }
