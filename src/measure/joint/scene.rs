@@ -11,6 +11,8 @@ const BAND: f32 = 3.0;
 const MERGED: f32 = 5.0;
 /// ... and that a far stretch must be away from it to tell the levels.
 const CLEAR: f32 = 2.5;
+/// Standard deviations of the blur beyond which an edge has no part in a sample.
+pub(super) const OVER: f32 = 3.5;
 /// How far the near samples and the far stretches of a crossing reach from an edge, px, with room for its place.
 const NEAR: f32 = 3.0;
 const FAR: f32 = 19.5;
@@ -182,7 +184,9 @@ impl<'m> Scene<'m> {
         };
         let free = [free(&room[0], far[0]), free(&room[1], far[1])];
         let beside = |k: Option<usize>| {
-            self.outline(next(k, NEAR)).map_or(Some(None), |outline| self.seen(outline).map(Some))
+            let Some(next) = self.outline(next(k, NEAR)) else { return Some(None) };
+            let over = fixed(gap(outline, next) - OVER * self.model.blur, PX);
+            Some(Some(Beside { seen: self.seen(next)?, over }))
         };
         let (outside, inside) = (beside(outer)?, beside(inner)?);
         Some(Track {
@@ -242,11 +246,17 @@ fn of<T>([row, column]: &[T; 2], axis: Axis) -> &T {
     if axis == Axis::Row { row } else { column }
 }
 
+/// An outline that has a part in the samples of the one beside it: only in those that are farther than `over` from that, px.
+pub(super) struct Beside<'m> {
+    pub seen: Seen<'m>,
+    pub over: i32,
+}
+
 /// An outline as crossings see it.
 pub(super) struct Track<'m> {
     pub own: Seen<'m>,
     /// The outlines beside it that have a part in its samples: on the light side and on the dark side.
-    pub beside: [Option<Seen<'m>>; 2],
+    pub beside: [Option<Beside<'m>>; 2],
     pub dark_inside: bool,
     /// Outside and inside.
     room: [Room; 2],
