@@ -8,7 +8,7 @@ use crate::scan::Axis;
 /// Standard deviations of the blur beyond which an edge is over, ...
 const BAND: f32 = 3.0;
 /// ... between two edges, below which they merge, ...
-const MERGED: f32 = 5.0;
+const MERGED: f32 = 4.5;
 /// ... and that a far stretch must be away from it to tell the levels.
 const CLEAR: f32 = 2.5;
 /// Standard deviations of the blur beyond which an edge has no part in a sample.
