@@ -48,15 +48,17 @@ use view::View;
 /// Most steps with few crossings, and with all.
 const FEW_STEPS: usize = 5;
 const STEPS: usize = 4;
-/// A step with few crossings below this, px, is the last, because its own noise is as large; ...
-const SETTLED_FEW: f32 = 0.1;
+/// A step with few crossings below this, px, is the last, because its own noise is nearly as large, and more of them save little; or
+/// below the second where edges merge, where that is much less.
+const SETTLED_FEW: f32 = 0.2;
+const SETTLED_FEW_WELL: f32 = 0.1;
 /// The first one is if it also changes the blur by less than this share, and leaves less noise than this share of the contrast: so
 /// little that nothing foreign hides in it.
 const SETTLED_BLUR: f32 = 0.1;
 const QUIET: f32 = 0.04;
 /// ... one with all below this: the next would be its square over the blur.
 const SETTLED: f32 = 0.05;
-/// The same where edges blur into each other, which the equations leave out, or where the points scatter.
+/// The same where edges merge, which the equations leave out, or where the points scatter.
 const SETTLED_WELL: f32 = 0.01;
 /// Residual, as a share of the contrast, that is no target at first, ...
 const FOREIGN: f32 = 0.5;
@@ -160,13 +162,14 @@ fn settle(
         let contrast = model.contrast();
         let scene = Scene::new(&model, size, noise.all, ringed);
         let overlapping = scene.overlapping;
+        let settled = if scene.merging { SETTLED_WELL } else { SETTLED };
         // The model is less exact where edges blur into each other.
         let uneven = limits::UNEVEN * contrast * if overlapping { 1.0 } else { 0.5 };
         let room = (2.0 * uneven, uneven);
         let gate = Gate::new(false, limits::MISFIT * contrast + SIGMAS * noise.all, room, noise.calm);
         let step = steps.next(&scene, &gate)?;
         let moved = model.take(&step, size)?;
-        if moved < if overlapping { SETTLED_WELL } else { SETTLED } {
+        if moved < settled {
             check_contrast(model.contrast()).ok()?;
             if !steps.pass.is_clean() {
                 return None;
@@ -188,13 +191,15 @@ impl Steps<'_> {
         let mut misfit = FOREIGN * model.contrast();
         for step in 0..FEW_STEPS {
             let gate = Gate::new(true, misfit, (misfit, f32::INFINITY), 0.0);
-            let taken = self.next(&Scene::new(model, self.size, ROUNDING, self.ringed), &gate)?;
+            let scene = Scene::new(model, self.size, ROUNDING, self.ringed);
+            let settled = if scene.merging { SETTLED_FEW_WELL } else { SETTLED_FEW };
+            let taken = self.next(&scene, &gate)?;
             let moved = model.take(&taken, self.size)?;
             let noise = math::sqrt(self.pass.arrow.solved.as_ref()?.variance).max(ROUNDING);
             // The first step finds the light; what fits it badly is not known before.
             let known = step > 0
                 || noise < QUIET * model.contrast() && taken.shared.iter().last()?.abs() < SETTLED_BLUR;
-            if known && moved < SETTLED_FEW {
+            if known && moved < settled {
                 // A difference has the noise of two samples.
                 let calm = (CALM_ROOM * FRAC_1_SQRT_2 * self.pass.calm.sigma()).max(ROUNDING);
                 return Some(Noise { all: noise, calm: noise.min(calm) });

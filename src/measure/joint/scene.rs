@@ -7,8 +7,12 @@ use crate::scan::Axis;
 
 /// Standard deviations of the blur beyond which an edge is over, ...
 const BAND: f32 = 3.0;
+/// ... between two edges, below which they merge, ...
+const MERGED: f32 = 4.5;
 /// ... and that a far stretch must be away from it to tell the levels.
 const CLEAR: f32 = 2.5;
+/// Standard deviations of the blur beyond which an edge has no part in a sample.
+pub(super) const OVER: f32 = 3.5;
 /// How far the near samples and the far stretches of a crossing reach from an edge, px, with room for its place.
 const NEAR: f32 = 3.0;
 const FAR: f32 = 19.5;
@@ -31,8 +35,9 @@ pub(super) struct Rise {
 /// What all crossings share.
 pub(super) struct Scene<'m> {
     model: &'m Model,
-    /// Edges blur into each other.
+    /// Edges have a part in the samples of others; and so large a one that these tell of their places.
     pub overlapping: bool,
+    pub merging: bool,
     /// Around the target there may be the segments of a code: what is far outside of it tells nothing.
     ringed: bool,
     /// Unit of places, px.
@@ -59,7 +64,9 @@ pub(super) struct Scene<'m> {
 impl<'m> Scene<'m> {
     pub fn new(model: &'m Model, size: f32, noise: f32, ringed: bool) -> Self {
         let outlines = &model.outlines;
-        let overlapping = (1..outlines.len()).any(|k| within(model, k, k.checked_sub(1), NEAR).is_some());
+        let any =
+            |reach: f32| (1..outlines.len()).any(|k| within(model, k, k.checked_sub(1), reach).is_some());
+        let (overlapping, merging) = (any(NEAR + BAND * model.blur), any(MERGED * model.blur));
         let unit = UNIT.0 + UNIT.1 * size;
         let grey = |level: f32| fixed(level.clamp(0.0, 500.0), GREY);
         let (dark, bright) = (grey(model.dark), grey(model.bright));
@@ -74,6 +81,7 @@ impl<'m> Scene<'m> {
         Self {
             model,
             overlapping,
+            merging,
             ringed,
             unit,
             dark,
@@ -159,7 +167,8 @@ impl<'m> Scene<'m> {
     pub fn track(&self, k: usize) -> Option<Track<'_>> {
         let outline = self.outline(Some(k))?;
         let dark_inside = outline.inside < 0.0;
-        let next = |next: Option<usize>, reach: f32| within(self.model, k, next, reach);
+        let band = BAND * self.model.blur;
+        let next = |next: Option<usize>, reach: f32| within(self.model, k, next, reach + band);
         let (outer, inner) = (k.checked_sub(1), Some(k + 1));
         let far = [next(outer, FAR), next(inner, FAR)].map(|next| self.outline(next));
         let clear = CLEAR * self.model.blur;
@@ -184,7 +193,9 @@ impl<'m> Scene<'m> {
         };
         let free = [free(&room[0], far[0]), free(&room[1], far[1])];
         let beside = |k: Option<usize>| {
-            self.outline(next(k, NEAR)).map_or(Some(None), |outline| self.seen(outline).map(Some))
+            let Some(next) = self.outline(next(k, NEAR)) else { return Some(None) };
+            let over = fixed(gap(outline, next) - OVER * self.model.blur, PX);
+            Some(Some(Beside { seen: self.seen(next)?, over }))
         };
         let (outside, inside) = (beside(outer)?, beside(inner)?);
         Some(Track {
@@ -203,12 +214,12 @@ fn gap(outline: &Outline, next: &Outline) -> f32 {
     (next.minor - outline.minor).abs() - ((a.cx - b.cx).abs() + (a.cy - b.cy).abs())
 }
 
-/// The outline `next` to `k`, if the other side of the area between them is nearer than `reach` px and the blur.
+/// The outline `next` to `k`, if the other side of the area between them is nearer than `reach` px.
 fn within(model: &Model, k: usize, next: Option<usize>, reach: f32) -> Option<usize> {
     let (outline, other) = (model.outlines.get(k)?, model.outlines.get(next?)?);
     // Between similar ellipses the gap is narrowest on the minor axis.
     let gap = (other.minor - outline.minor).abs();
-    next.filter(|_| other.inside != outline.inside && gap < reach + BAND * model.blur)
+    next.filter(|_| other.inside != outline.inside && gap < reach)
 }
 
 /// Where a far stretch tells the levels.
@@ -244,11 +255,17 @@ fn of<T>(both: &[T; 2], axis: Axis) -> &T {
     &both[usize::from(axis == Axis::Column)]
 }
 
+/// An outline that has a part in the samples of the one beside it: only in those that are farther than `over` from that, px.
+pub(super) struct Beside<'m> {
+    pub seen: Seen<'m>,
+    pub over: i32,
+}
+
 /// An outline as crossings see it.
 pub(super) struct Track<'m> {
     pub own: Seen<'m>,
     /// The outlines beside it that have a part in its samples: on the light side and on the dark side.
-    pub beside: [Option<Seen<'m>>; 2],
+    pub beside: [Option<Beside<'m>>; 2],
     pub dark_inside: bool,
     /// Outside and inside.
     room: [Room; 2],

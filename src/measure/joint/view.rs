@@ -3,7 +3,7 @@
 use super::exact;
 use super::part::Residuals;
 use super::samples::{Far, Samples, Stretch};
-use super::scene::{Scene, Seen, Track};
+use super::scene::{self, Beside, Scene, Seen, Track};
 use super::series::Series;
 use crate::appearance::Saddle;
 use crate::edge::{normal_fixed, normal_near};
@@ -24,7 +24,7 @@ const FAR: i32 = 7 * PX / 2;
 /// Share that a stretch may have of its own edge to tell the levels, ...
 const TAIL: i32 = ONE * 2 / 25;
 /// ... which is over beyond this, standard deviations of the blur.
-const OVER: i32 = 7 * PX / 2;
+const OVER: i32 = (scene::OVER * PX as f32) as i32;
 
 /// Farthest that is told from each other, standard deviations of the blur with the unit of lengths.
 const AWAY: f32 = 16.0 * PX as f32;
@@ -145,26 +145,27 @@ impl<'s> View<'s> {
     /// The same for all.
     #[inline(never)]
     fn model_all(&self, samples: &mut Samples) {
-        // Standard deviations of the blur: so many beyond the edge.
-        let mut all = [0; NEAR];
+        if self.track.own.tight {
+            self.model_tight(samples);
+        } else {
+            self.model(samples);
+        }
+        if self.scene.overlapping {
+            self.add_next(samples);
+        }
+    }
+
+    /// The same where the edge bends too much for a series.
+    #[inline(never)]
+    fn model_tight(&self, samples: &mut Samples) {
         for i in 0..NEAR {
-            let (mut beyond, mut lead) = (0, self.lead);
-            if !self.track.own.tight {
-                beyond = self.beyond[i + 1] - lead;
-            } else if samples.own[i] {
-                match self.deviations(&self.track.own, near_place(i)) {
-                    Some(here) => (beyond, lead) = here,
-                    None => samples.own[i] = false,
-                }
-            }
-            all[i] = beyond;
+            let here = if samples.own[i] { self.own_deviations(i) } else { None };
+            samples.own[i] = here.is_some();
+            let (beyond, lead) = here.unwrap_or((0, self.lead));
             let (share, density) = normal_fixed(beyond + lead);
             samples.lightness[i] = share;
             samples.by_place[i] = density;
             samples.by_blur[i] = (density * (lead - beyond)) >> 12;
-        }
-        if self.scene.overlapping {
-            self.add_next(samples, &all);
         }
     }
 
@@ -218,6 +219,16 @@ impl<'s> View<'s> {
         Some((self.scene.deviations(depth), self.scene.lead(bend)))
     }
 
+    /// The same of a near sample and its own edge.
+    #[inline]
+    fn own_deviations(&self, i: usize) -> Option<(i32, i32)> {
+        if self.track.own.tight {
+            self.deviations(&self.track.own, near_place(i))
+        } else {
+            Some((self.beyond.get(i + 1)? - self.lead, self.lead))
+        }
+    }
+
     /// The same where the edge bends as tightly as the blur is wide.
     #[inline(never)]
     fn beyond_tight(&self, saddle: &Saddle, seen: &Seen<'_>, at: i32) -> (i32, i32) {
@@ -237,25 +248,29 @@ impl<'s> View<'s> {
 
     /// Adds what the edges beside this one give to its samples: light of the dark area beyond, and dark of the light area beyond.
     /// Samples that are nearer to one of these are not its `own`.
-    fn add_next(&self, samples: &mut Samples, beyond: &[i32; NEAR]) {
+    fn add_next(&self, samples: &mut Samples) {
         let Samples { own, lightness, by_blur, .. } = samples;
         for (next, side) in self.track.beside.iter().zip([1, -1]) {
-            let Some(next) = next else { continue };
+            let Some(Beside { seen, over }) = next else { continue };
             // From the sample nearest to that edge.
             for step in 0..NEAR {
                 let i = if side == self.sign { NEAR - 1 - step } else { step };
+                let at = near_place(i);
+                // On the axis it is no less than it is away from its own edge.
+                if side * self.sign * (at - self.passage.at) <= *over {
+                    break;
+                }
                 if !own[i] {
                     continue;
                 }
-                let Some((z, lead)) = self.deviations(next, near_place(i)).filter(|(z, _)| side * z <= OVER)
-                else {
+                let Some((z, lead)) = self.deviations(seen, at).filter(|(z, _)| side * z <= OVER) else {
                     break;
                 };
                 let (share, density) = normal_fixed(z + lead);
                 let light = lightness[i] + if side > 0 { share - ONE } else { share };
                 lightness[i] = light.clamp(-ONE / 8, ONE + ONE / 8);
                 by_blur[i] += (density * (lead - z)) >> 12;
-                own[i] = z.abs() > beyond[i].abs();
+                own[i] = self.own_deviations(i).is_some_and(|(own, _)| z.abs() > own.abs());
             }
         }
     }
