@@ -8,7 +8,7 @@
 use super::crossings::{Crossing, CrossingList, Pool};
 use super::outlines::{NONE, Outlines};
 use super::rows::Rows;
-use super::runs::Transition;
+use super::runs::{Budget, Transition};
 use super::window::Window;
 use crate::reject::Dropped;
 use crate::settings::limits;
@@ -22,6 +22,7 @@ pub(crate) struct Linker<'a, 's> {
     outlines: &'a mut Outlines<'s>,
     pool: &'a mut Pool<'s>,
     dropped: &'a mut Dropped,
+    pub budget: &'a mut Budget,
 }
 
 impl<'a, 's> Linker<'a, 's> {
@@ -30,10 +31,10 @@ impl<'a, 's> Linker<'a, 's> {
         rows: &'a Rows<'s>,
         outlines: &'a mut Outlines<'s>,
         pool: &'a mut Pool<'s>,
-        dropped: &'a mut Dropped,
+        (dropped, budget): (&'a mut Dropped, &'a mut Budget),
         (first, min_contrast): (u16, u8),
     ) -> Self {
-        Self { window: Window::new(rows, first, min_contrast), outlines, pool, dropped }
+        Self { window: Window::new(rows, first, min_contrast), outlines, pool, dropped, budget }
     }
 
     /// Gives every transition of `current`, in row `y` of the block or in the one below the frame, its outline; `previous` is
@@ -113,6 +114,7 @@ impl<'a, 's> Linker<'a, 's> {
             return outline.reach(x, y);
         }
         outline.add_transition(sign, x, y);
+        self.budget.take(1);
         if x == 0 || x >= self.window.width {
             self.mark_cut(label);
         } else if from.abs_diff(x) <= MAX_ROW_STEP
@@ -128,17 +130,29 @@ impl<'a, 's> Linker<'a, 's> {
     /// An outline begins with the transitions `at` and `at + 1`.
     #[inline(never)]
     fn begin(&mut self, current: &mut [Transition], at: usize) {
-        let Some([first, second]) = current.get_mut(at..at + 2) else { return };
+        let (before, from) = current.split_at_mut_checked(at).unwrap_or_default();
+        let [first, second, ..] = from else { return };
         let label = self.outlines.open(first.x, self.window.y);
         (first.label, second.label) = (label, label);
         if label == NONE {
             self.dropped.outlines = self.dropped.outlines.saturating_add(1);
             return;
         }
+        let (keeping, inside) = (self.outlines.keeping(), || self.is_inside([*first, *second], before));
+        if !self.budget.admits(keeping, inside) {
+            self.drop_crossings(label);
+        }
         let sign = if at.is_multiple_of(2) { DARKER } else { LIGHTER };
         self.add_transition(label, sign, first.x);
         self.add_transition(label, -sign, second.x);
         self.keep_column_crossings(label, first.x, second.x);
+    }
+
+    /// Whether an outline that begins with the transitions `new` lies in one that keeps its crossings, where those `before` are on
+    /// the left.
+    fn is_inside(&self, [first, second]: [Transition; 2], before: &[Transition]) -> bool {
+        let around = before.last().and_then(|transition| self.outlines.get(transition.label));
+        around.is_some_and(|o| !o.lossy && o.left < first.x && o.right > second.x)
     }
 
     /// The transitions `at` and `at + 1` of the row above meet.
@@ -211,10 +225,16 @@ impl<'a, 's> Linker<'a, 's> {
 
     #[inline(never)]
     fn give_up(&mut self, label: u16) {
-        if let Some(outline) = self.outlines.get_mut(label) {
-            outline.lossy = true;
-            self.free_crossings(label);
+        if let Some(crossings) = self.outlines.lose(label) {
+            self.pool.free(crossings);
         }
+    }
+
+    /// Gives an outline up for the others.
+    #[inline(never)]
+    fn drop_crossings(&mut self, label: u16) {
+        self.dropped.crossings = self.dropped.crossings.saturating_add(1);
+        self.give_up(label);
     }
 
     #[inline(never)]
@@ -227,8 +247,17 @@ impl<'a, 's> Linker<'a, 's> {
     /// Keeps the crossings between the row above and this one in the columns `from..to`, as long as the outline keeps any.
     #[inline(never)]
     fn keep_column_crossings(&mut self, label: u16, from: u16, to: u16) {
-        for x in self.window.columns(from, to) {
-            if self.outlines.get(label).is_none_or(|outline| outline.lossy) {
+        let keeps = |outlines: &Outlines<'_>| outlines.get(label).is_some_and(|outline| !outline.lossy);
+        if !keeps(self.outlines) {
+            return;
+        }
+        let columns = self.window.columns(from, to);
+        if !self.budget.has_columns(columns.len()) {
+            return self.drop_crossings(label);
+        }
+        self.budget.take(columns.len());
+        for x in columns {
+            if !keeps(self.outlines) {
                 return;
             }
             if let Some(crossing) = self.window.column_crossing(x) {
@@ -274,9 +303,8 @@ impl<'a, 's> Linker<'a, 's> {
         if let Some(cut) = self.outlines.largest(|o| o.cut) {
             return self.give_up(cut);
         }
-        self.dropped.crossings = self.dropped.crossings.saturating_add(1);
         // The outline with the most crossings pays: one large piece of clutter, not many small targets.
-        self.give_up(self.outlines.largest(|_| true).unwrap_or(label));
+        self.drop_crossings(self.outlines.largest(|_| true).unwrap_or(label));
     }
 }
 

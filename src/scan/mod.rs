@@ -169,10 +169,10 @@ impl<'s> Scanner<'s> {
         }
         let Self { rows, strips, outlines, pool, dropped, budget, .. } = self;
         let mut runs = 0;
-        let mut linker = Linker::new(rows, outlines, pool, dropped, (first, strips.min_contrast()));
+        let mut linker = Linker::new(rows, outlines, pool, (dropped, budget), (first, strips.min_contrast()));
         for y in first..last {
             if y < rows.height() {
-                runs += self.current.fill(strips, usize::from(y - first), rows.width(), budget);
+                runs += self.current.fill(strips, usize::from(y - first), rows.width(), linker.budget);
             } else {
                 self.current.clear();
             }
@@ -184,7 +184,7 @@ impl<'s> Scanner<'s> {
 
     /// A slot for an outline that is part of another one. [`NONE`], and counted, when the table is full.
     pub fn open_outline(&mut self) -> u16 {
-        let label = self.outlines.open(0, 0);
+        let label = self.outlines.open_closed();
         if label == NONE {
             self.dropped.outlines = self.dropped.outlines.saturating_add(1);
         }

@@ -154,17 +154,20 @@ pub(crate) struct Outlines<'s> {
     touched: u16,
     free: u16,
     joined: u16,
+    /// Open outlines that keep crossings.
+    keeping: u16,
     /// First and last of those that have closed.
     closed: (u16, u16),
 }
 
 impl<'s> Outlines<'s> {
     pub fn new(slots: &'s mut [Outline]) -> Self {
-        Self { slots, touched: 0, free: NONE, joined: NONE, closed: (NONE, NONE) }
+        Self { slots, touched: 0, free: NONE, joined: NONE, keeping: 0, closed: (NONE, NONE) }
     }
 
     pub fn clear(&mut self) {
         (self.touched, self.free, self.joined, self.closed) = (0, NONE, NONE, (NONE, NONE));
+        self.keeping = 0;
     }
 
     /// Most slots used at a time.
@@ -193,6 +196,7 @@ impl<'s> Outlines<'s> {
         } else {
             return NONE;
         };
+        self.keeping += 1;
         if let Some(slot) = self.get_mut(label) {
             *slot = Outline {
                 first: (x, y),
@@ -207,6 +211,16 @@ impl<'s> Outlines<'s> {
                 inner: NONE,
                 ..Outline::ZERO
             };
+        }
+        label
+    }
+
+    /// Starts one that no transition belongs to.
+    pub fn open_closed(&mut self) -> u16 {
+        let label = self.open(0, 0);
+        if let Some(outline) = self.get_mut(label) {
+            outline.ends = 0;
+            self.keeping = self.keeping.saturating_sub(1);
         }
         label
     }
@@ -231,21 +245,38 @@ impl<'s> Outlines<'s> {
         (other.alias, other.next) = (a, joined);
         let other = *other;
         self.joined = b;
-        if let Some(outline) = self.get_mut(a) {
-            let (dx, dy) = outline.since_first(other.first.0, other.first.1);
-            outline.moments.join(&other.moments, (dx.into(), dy.into()));
-            // As if the other had been balanced by a transition at its first column, which adds nothing to its own sums.
-            let (_, row) = outline.since_first(0, y);
-            outline.moments.add_long(other.balance.into(), dx, row);
-            outline.balance = outline.balance.wrapping_add(other.balance);
-            outline.left = outline.left.min(other.left);
-            outline.right = outline.right.max(other.right);
-            outline.top = outline.top.min(other.top);
-            outline.bottom = outline.bottom.max(other.bottom);
-            outline.ends += other.ends;
-            outline.cut |= other.cut;
-            outline.lossy |= other.lossy;
+        let Some(outline) = self.get_mut(a) else { return };
+        // Of two that kept theirs one is left, of one none.
+        let keeps = !outline.lossy || !other.lossy;
+        let (dx, dy) = outline.since_first(other.first.0, other.first.1);
+        outline.moments.join(&other.moments, (dx.into(), dy.into()));
+        // As if the other had been balanced by a transition at its first column, which adds nothing to its own sums.
+        let (_, row) = outline.since_first(0, y);
+        outline.moments.add_long(other.balance.into(), dx, row);
+        outline.balance = outline.balance.wrapping_add(other.balance);
+        outline.left = outline.left.min(other.left);
+        outline.right = outline.right.max(other.right);
+        outline.top = outline.top.min(other.top);
+        outline.bottom = outline.bottom.max(other.bottom);
+        outline.ends += other.ends;
+        outline.cut |= other.cut;
+        outline.lossy |= other.lossy;
+        self.keeping = self.keeping.saturating_sub(keeps.into());
+    }
+
+    /// Open outlines that keep their crossings.
+    pub fn keeping(&self) -> u16 {
+        self.keeping
+    }
+
+    /// Marks an outline that has lost a part. Its crossings, which are of no use then, are to be given back.
+    pub fn lose(&mut self, label: u16) -> Option<&mut CrossingList> {
+        let outline = self.slots.get_mut(usize::from(label))?;
+        if !outline.lossy && outline.ends > 0 {
+            self.keeping = self.keeping.saturating_sub(1);
         }
+        outline.lossy = true;
+        Some(&mut outline.crossings)
     }
 
     /// Two ends of `label` have met, or one has met the end of an outline that was lost.
@@ -256,10 +287,12 @@ impl<'s> Outlines<'s> {
             return;
         }
         outline.next = NONE;
-        if !outline.lossy && !outline.is_small() {
+        let keeps = !outline.lossy;
+        if keeps && !outline.is_small() {
             let (x, y) = outline.first;
             outline.moments.close((x.into(), y.into()));
         }
+        self.keeping = self.keeping.saturating_sub(keeps.into());
         // In the order of their closing, because an inner outline must be known before the one around it.
         let (first, last) = self.closed;
         match self.get_mut(last) {

@@ -84,40 +84,49 @@ impl<'s> TransitionList<'s> {
         }
         // Runs are dropped whole, so that the list stays even.
         self.len = found.min(self.data.len()).min(budget.most_of_row()) & !1;
-        budget.take(width, self.len / 2);
+        budget.save(width, 1);
+        budget.take(self.len / 2);
         (found - self.len) as u32 / 2
     }
 }
 
-/// Bounds the work that a frame can make. It counts pixels: every row brings some, every run takes
-/// [`Settings::px_per_run`](crate::Settings::px_per_run).
+/// Bounds the work that a frame can make. It counts pixels: every row brings some. A run, a transition at which an outline goes
+/// on that keeps its crossings, and a column in which such an outline may be crossed each take about the same number of
+/// instructions, and a third of [`Settings::px_per_run`](crate::Settings::px_per_run).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
-    px_per_run: u32,
-    /// Pixels left, and the most that can be saved up.
+    /// What each of these takes, thirds of a pixel; 0: nothing.
+    each: u32,
+    /// What is left, and the most that can be saved up.
     left: u32,
     most: u32,
 }
 
+/// Thirds of a pixel in one.
+const THIRDS: u32 = 3;
 /// Rows whose pixels can be saved up: the targets of a board can begin in the same row.
 const SAVED_ROWS: u32 = 64;
 /// Most transitions of a strip's block while more than a half, a quarter, an eighth of the budget is left, and below. More are
 /// noise or print too fine for the pixels; a small target has four in a row.
 const MOST_OF_STRIP: [u32; 4] = [40, 32, 24, 16];
+/// Share of the budget that is left for runs: without them all outlines would break.
+const FOR_RUNS: u32 = 8;
+/// What is left for each open outline that keeps crossings, pieces of work: as much as a small target takes.
+const FOR_OUTLINE: u32 = 150;
 
 impl Budget {
-    pub const NONE: Self = Self { px_per_run: 0, left: 0, most: 0 };
+    pub const NONE: Self = Self { each: 0, left: 0, most: 0 };
 
     pub fn new(width: u16, px_per_run: u16) -> Self {
-        let most = SAVED_ROWS * u32::from(width);
-        Self { px_per_run: px_per_run.into(), left: most, most }
+        let most = THIRDS * SAVED_ROWS * u32::from(width);
+        Self { each: px_per_run.into(), left: most, most }
     }
 
     /// Most transitions in the four rows of a strip.
     fn most_of_strip(&self) -> u32 {
         let [plenty, half, quarter, eighth] = MOST_OF_STRIP;
         match self.left {
-            _ if self.px_per_run == 0 => u32::MAX,
+            _ if self.each == 0 => u32::MAX,
             left if left > self.most / 2 => plenty,
             left if left > self.most / 4 => half,
             left if left > self.most / 8 => quarter,
@@ -134,22 +143,34 @@ impl Budget {
 
     /// Most transitions of a row.
     fn most_of_row(&self) -> usize {
-        self.left.checked_div(self.px_per_run).map_or(usize::MAX, |runs| 2 * runs as usize)
+        self.left.checked_div(self.each).map_or(usize::MAX, |runs| 2 * runs as usize)
     }
 
-    /// A row of this width with so many runs.
-    fn take(&mut self, width: u16, runs: usize) {
-        let left = self.left.saturating_sub(self.px_per_run * runs as u32);
-        self.left = (left + u32::from(width)).min(self.most);
-    }
-
-    /// So many rows of this width without a run.
+    /// So many rows of this width.
     pub fn save(&mut self, width: u16, rows: u16) {
-        self.left = (self.left + u32::from(width) * u32::from(rows)).min(self.most);
+        self.left = (self.left + THIRDS * u32::from(width) * u32::from(rows)).min(self.most);
+    }
+
+    /// Takes so many pieces of work.
+    pub fn take(&mut self, pieces: usize) {
+        self.left = self.left.saturating_sub(self.each * pieces as u32);
+    }
+
+    /// Whether there is room for so many columns in which an outline may be crossed.
+    pub fn has_columns(&self, columns: usize) -> bool {
+        self.each == 0 || self.left > self.each * columns as u32 + self.most / FOR_RUNS
+    }
+
+    /// Whether an outline that begins may keep its crossings, where so many others do and it lies `inside` of one of them. Those
+    /// that are open come first: clutter never ends, a target does.
+    pub fn admits(&self, others: u16, inside: impl Fn() -> bool) -> bool {
+        let spare = self.left.saturating_sub(self.most / FOR_RUNS);
+        let wanted = self.each * FOR_OUTLINE * u32::from(others);
+        self.each == 0 || spare > wanted || spare > 0 && inside()
     }
 
     /// Whether there is room for more than runs: a frame that uses its budget up is noise or all clutter.
     pub fn is_ample(&self) -> bool {
-        self.px_per_run == 0 || self.left > self.most / 2
+        self.each == 0 || self.left > self.most / 2
     }
 }
