@@ -8,7 +8,7 @@
 use super::crossings::{Crossing, CrossingList, Pool};
 use super::outlines::{NONE, Outlines};
 use super::rows::Rows;
-use super::runs::{Budget, Transition};
+use super::runs::{Budget, OF_CROSSING, Transition};
 use super::window::Window;
 use crate::reject::Dropped;
 use crate::settings::limits;
@@ -114,7 +114,7 @@ impl<'a, 's> Linker<'a, 's> {
             return outline.reach(x, y);
         }
         outline.add_transition(sign, x, y);
-        self.budget.take(1);
+        self.budget.take(OF_CROSSING);
         if x == 0 || x >= self.window.width {
             self.mark_cut(label);
         } else if from.abs_diff(x) <= MAX_ROW_STEP
@@ -132,16 +132,18 @@ impl<'a, 's> Linker<'a, 's> {
     fn begin(&mut self, current: &mut [Transition], at: usize) {
         let (before, from) = current.split_at_mut_checked(at).unwrap_or_default();
         let [first, second, ..] = from else { return };
+        (first.label, second.label) = (NONE, NONE);
+        let (keeping, inside) = (self.outlines.keeping(), || self.is_inside([*first, *second], before));
+        if !self.budget.admits(keeping, inside) {
+            self.dropped.crossings = self.dropped.crossings.saturating_add(1);
+            return;
+        }
         let label = self.outlines.open(first.x, self.window.y);
-        (first.label, second.label) = (label, label);
         if label == NONE {
             self.dropped.outlines = self.dropped.outlines.saturating_add(1);
             return;
         }
-        let (keeping, inside) = (self.outlines.keeping(), || self.is_inside([*first, *second], before));
-        if !self.budget.admits(keeping, inside) {
-            self.drop_crossings(label);
-        }
+        (first.label, second.label) = (label, label);
         let sign = if at.is_multiple_of(2) { DARKER } else { LIGHTER };
         self.add_transition(label, sign, first.x);
         self.add_transition(label, -sign, second.x);
@@ -252,10 +254,11 @@ impl<'a, 's> Linker<'a, 's> {
             return;
         }
         let columns = self.window.columns(from, to);
-        if !self.budget.has_columns(columns.len()) {
+        let pieces = OF_CROSSING * columns.len();
+        if !self.budget.has(pieces) {
             return self.drop_crossings(label);
         }
-        self.budget.take(columns.len());
+        self.budget.take(pieces);
         for x in columns {
             if !keeps(self.outlines) {
                 return;

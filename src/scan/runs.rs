@@ -61,6 +61,7 @@ impl<'s> TransitionList<'s> {
     /// how many were dropped.
     pub fn fill(&mut self, strips: &Strips<'_>, row: usize, width: u16, budget: &mut Budget) -> u32 {
         let mut found = 0;
+        let most = self.data.len().min(budget.most_of_row());
         let mut push = |at: usize, x: u16| {
             if let Some(slot) = self.data.get_mut(at) {
                 slot.x = x;
@@ -71,6 +72,10 @@ impl<'s> TransitionList<'s> {
         for (x, dark) in strips.dark(row) {
             let mut changes = dark ^ (dark << 1 | before);
             before = dark >> (STRIP - 1);
+            if found >= most {
+                found += changes.count_ones() as usize;
+                continue;
+            }
             while changes != 0 {
                 // What is beyond the frame repeats its last pixel, but may be of another cell.
                 push(found, (x + changes.trailing_zeros() as u16).min(width));
@@ -83,27 +88,29 @@ impl<'s> TransitionList<'s> {
             found += 1;
         }
         // Runs are dropped whole, so that the list stays even.
-        self.len = found.min(self.data.len()).min(budget.most_of_row()) & !1;
+        self.len = found.min(most) & !1;
         budget.save(width, 1);
         budget.take(self.len / 2);
         (found - self.len) as u32 / 2
     }
 }
 
-/// Bounds the work that a frame can make. It counts pixels: every row brings some. A run, a transition at which an outline goes
-/// on that keeps its crossings, and a column in which such an outline may be crossed each take about the same number of
-/// instructions, and a third of [`Settings::px_per_run`](crate::Settings::px_per_run).
+/// Bounds the work that a frame can make. It counts pixels: every row brings some, and every piece of work takes a sixth of
+/// [`Settings::px_per_run`](crate::Settings::px_per_run). A run is one piece, and about a hundred instructions. A transition at which
+/// an outline goes on that keeps its crossings is [`OF_CROSSING`], and so is a column in which such an outline may be crossed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
-    /// What each of these takes, thirds of a pixel; 0: nothing.
+    /// What a piece of work takes, sixths of a pixel; 0: nothing.
     each: u32,
     /// What is left, and the most that can be saved up.
     left: u32,
     most: u32,
 }
 
-/// Thirds of a pixel in one.
-const THIRDS: u32 = 3;
+/// Parts of a pixel that are counted.
+const SIXTHS: u32 = 6;
+/// Pieces of work where an outline is crossed.
+pub(super) const OF_CROSSING: usize = 2;
 /// Rows whose pixels can be saved up: the targets of a board can begin in the same row.
 const SAVED_ROWS: u32 = 64;
 /// Most transitions of a strip's block while more than a half, a quarter, an eighth of the budget is left, and below. More are
@@ -112,13 +119,13 @@ const MOST_OF_STRIP: [u32; 4] = [40, 32, 24, 16];
 /// Share of the budget that is left for runs: without them all outlines would break.
 const FOR_RUNS: u32 = 8;
 /// What is left for each open outline that keeps crossings, pieces of work: as much as a small target takes.
-const FOR_OUTLINE: u32 = 150;
+const FOR_OUTLINE: u32 = 200;
 
 impl Budget {
     pub const NONE: Self = Self { each: 0, left: 0, most: 0 };
 
     pub fn new(width: u16, px_per_run: u16) -> Self {
-        let most = THIRDS * SAVED_ROWS * u32::from(width);
+        let most = SIXTHS * SAVED_ROWS * u32::from(width);
         Self { each: px_per_run.into(), left: most, most }
     }
 
@@ -148,7 +155,7 @@ impl Budget {
 
     /// So many rows of this width.
     pub fn save(&mut self, width: u16, rows: u16) {
-        self.left = (self.left + THIRDS * u32::from(width) * u32::from(rows)).min(self.most);
+        self.left = (self.left + SIXTHS * u32::from(width) * u32::from(rows)).min(self.most);
     }
 
     /// Takes so many pieces of work.
@@ -156,17 +163,17 @@ impl Budget {
         self.left = self.left.saturating_sub(self.each * pieces as u32);
     }
 
-    /// Whether there is room for so many columns in which an outline may be crossed.
-    pub fn has_columns(&self, columns: usize) -> bool {
-        self.each == 0 || self.left > self.each * columns as u32 + self.most / FOR_RUNS
+    /// Whether there is room for so many pieces of work where an outline is crossed.
+    pub fn has(&self, pieces: usize) -> bool {
+        self.each == 0 || self.left > self.each * pieces as u32 + self.most / FOR_RUNS
     }
 
-    /// Whether an outline that begins may keep its crossings, where so many others do and it lies `inside` of one of them. Those
-    /// that are open come first: clutter never ends, a target does.
+    /// Whether an outline that begins is followed, where so many others are and it lies `inside` of one of them. Those that are
+    /// open come first: clutter never ends, a target does.
     pub fn admits(&self, others: u16, inside: impl Fn() -> bool) -> bool {
         let spare = self.left.saturating_sub(self.most / FOR_RUNS);
-        let wanted = self.each * FOR_OUTLINE * u32::from(others);
-        self.each == 0 || spare > wanted || spare > 0 && inside()
+        let room = spare.checked_div(self.each * FOR_OUTLINE);
+        room.is_none_or(|outlines| outlines > others.into() || spare > 0 && inside())
     }
 
     /// Whether there is room for more than runs: a frame that uses its budget up is noise or all clutter.

@@ -332,7 +332,8 @@ impl<'s> Strips<'s> {
         strip[THRESHOLDS] = thresholds;
         let from = thresholds.to_le_bytes().map(|threshold| TOP - u32::from(threshold) * ONES);
         let dark = lines.map(|line| line.map_or(0, |line| kernel::dark(line, &from)));
-        strip[DARK..WINDOW].copy_from_slice(&dark);
+        let [a, b, c, d] = dark;
+        (strip[DARK], strip[DARK + 1], strip[DARK + 2], strip[DARK + 3]) = (a, b, c, d);
         strip[FLAGS] &= !SIDE;
         match kernel::at_least(strip[LOW + 2], thresholds) {
             0 => strip[FLAGS] |= SIDE,
@@ -378,9 +379,8 @@ fn strips_mut(data: &mut [u32], count: usize) -> &mut [Strip] {
 /// The block in work becomes the one above it, and the newest is taken to be as the one before.
 #[inline(never)]
 fn age(strip: &mut Strip) {
-    for first in [LOW, HIGH] {
-        strip.copy_within(first + 1..first + 3, first);
-    }
+    (strip[LOW], strip[LOW + 1]) = (strip[LOW + 1], strip[LOW + 2]);
+    (strip[HIGH], strip[HIGH + 1]) = (strip[HIGH + 1], strip[HIGH + 2]);
     strip[FLAGS] = strip[FLAGS] & !RESTLESS | strip[FLAGS] << 1 & RESTLESS;
 }
 
