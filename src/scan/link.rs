@@ -6,7 +6,7 @@
 //! to the number of transitions, except that joined outlines are renamed once a row.
 
 use super::crossings::{Crossing, CrossingList, Pool};
-use super::outlines::{NONE, Outlines};
+use super::outlines::{NONE, Outline, Outlines};
 use super::rows::Rows;
 use super::runs::{Budget, OF_CROSSING, Transition};
 use super::window::Window;
@@ -216,13 +216,17 @@ impl<'a, 's> Linker<'a, 's> {
         self.bound_cut(label);
     }
 
-    /// An outline that the frame cuts gives up when it has many crossings: it is more often background than a target.
+    /// An outline that the frame cuts gives up when it has many crossings: it is more often background than a target. `false` if
+    /// it does.
     #[inline(never)]
-    fn bound_cut(&mut self, label: u16) {
+    fn bound_cut(&mut self, label: u16) -> bool {
         let most = self.pool.capacity() / limits::CUT_SHARE;
-        if self.outlines.get(label).is_some_and(|o| o.cut && usize::from(o.crossings.len()) > most) {
+        let too_many = |outline: &Outline| outline.cut && usize::from(outline.crossings.len()) > most;
+        let gives_up = self.outlines.get(label).is_some_and(too_many);
+        if gives_up {
             self.give_up(label);
         }
+        !gives_up
     }
 
     #[inline(never)]
@@ -249,42 +253,40 @@ impl<'a, 's> Linker<'a, 's> {
     /// Keeps the crossings between the row above and this one in the columns `from..to`, as long as the outline keeps any.
     #[inline(never)]
     fn keep_column_crossings(&mut self, label: u16, from: u16, to: u16) {
-        let keeps = |outlines: &Outlines<'_>| outlines.get(label).is_some_and(|outline| !outline.lossy);
-        if !keeps(self.outlines) {
+        if self.outlines.get(label).is_none_or(|outline| outline.lossy) {
             return;
         }
         let columns = self.window.columns(from, to);
+        if columns.is_empty() {
+            return;
+        }
         let pieces = OF_CROSSING * columns.len();
-        if !self.budget.has(pieces) {
+        if !self.budget.take_if_spare(pieces) {
             return self.drop_crossings(label);
         }
-        self.budget.take(pieces);
         for x in columns {
-            if !keeps(self.outlines) {
+            if let Some(crossing) = self.window.column_crossing(x)
+                && !self.keep(label, crossing)
+            {
                 return;
-            }
-            if let Some(crossing) = self.window.column_crossing(x) {
-                self.keep(label, crossing);
             }
         }
     }
 
-    /// Keeps a crossing of an outline of which nothing is lost.
+    /// Keeps a crossing of an outline of which nothing is lost. `false` if that loses them all.
     #[inline(always)]
-    fn keep(&mut self, label: u16, crossing: Crossing) {
-        let Some(outline) = self.outlines.get_mut(label) else { return };
+    fn keep(&mut self, label: u16, crossing: Crossing) -> bool {
+        let Some(outline) = self.outlines.get_mut(label) else { return false };
         let is_cut = outline.cut;
         let slot = match self.pool.push(&mut outline.crossings) {
             Some(slot) => slot,
             None => match self.push_in_full(label) {
                 Some(slot) => slot,
-                None => return,
+                None => return false,
             },
         };
         *slot = crossing;
-        if is_cut {
-            self.bound_cut(label);
-        }
+        !is_cut || self.bound_cut(label)
     }
 
     /// A slot for a crossing of outline `label` where the pool is full. `None` if that gives up for it.

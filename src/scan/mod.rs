@@ -164,7 +164,7 @@ impl<'s> Scanner<'s> {
     fn link_rows(&mut self, first: u16, last: u16) {
         self.linked = last;
         if self.previous.as_slice().is_empty() && self.strips.all_light() {
-            self.budget.save(self.rows.width(), last - first);
+            self.budget.save(last - first);
             return;
         }
         let Self { rows, strips, outlines, pool, dropped, budget, .. } = self;

@@ -111,13 +111,29 @@ impl Outline {
     /// Adds a transition at `(x, y)`; `sign` is +1 where dark turns light.
     #[inline(always)]
     pub fn add_transition(&mut self, sign: i32, x: u16, y: u16) {
+        let was_short = self.is_short();
         self.reach(x, y);
         self.balance = self.balance.wrapping_add(sign as i8);
         let (dx, dy) = self.since_first(x, y);
-        if self.right - self.left < SHORT && y - self.top < SHORT {
+        if self.is_short() {
             self.moments.add_short(sign, dx, dy);
         } else {
+            if was_short {
+                self.moments.lengthen();
+            }
             self.moments.add_long(sign, dx, dy);
+        }
+    }
+
+    /// Whether its sums are in the lower halves of [`Moments`] only.
+    fn is_short(&self) -> bool {
+        self.right - self.left < SHORT && self.bottom - self.top < SHORT
+    }
+
+    /// Makes whole sums of them.
+    fn lengthen(&mut self) {
+        if self.is_short() {
+            self.moments.lengthen();
         }
     }
 
@@ -243,11 +259,13 @@ impl<'s> Outlines<'s> {
         let joined = self.joined;
         let Some(other) = self.get_mut(b) else { return };
         (other.alias, other.next) = (a, joined);
+        other.lengthen();
         let other = *other;
         self.joined = b;
         let Some(outline) = self.get_mut(a) else { return };
         // Of two that kept theirs one is left, of one none.
         let keeps = !outline.lossy || !other.lossy;
+        outline.lengthen();
         let (dx, dy) = outline.since_first(other.first.0, other.first.1);
         outline.moments.join(&other.moments, (dx.into(), dy.into()));
         // As if the other had been balanced by a transition at its first column, which adds nothing to its own sums.
@@ -289,6 +307,7 @@ impl<'s> Outlines<'s> {
         outline.next = NONE;
         let keeps = !outline.lossy;
         if keeps && !outline.is_small() {
+            outline.lengthen();
             let (x, y) = outline.first;
             outline.moments.close((x.into(), y.into()));
         }

@@ -89,51 +89,63 @@ impl<'s> TransitionList<'s> {
         }
         // Runs are dropped whole, so that the list stays even.
         self.len = found.min(most) & !1;
-        budget.save(width, 1);
+        budget.save(1);
         budget.take(self.len / 2);
         (found - self.len) as u32 / 2
     }
 }
 
-/// Bounds the work that a frame can make. It counts pixels: every row brings some, and every piece of work takes a sixth of
-/// [`Settings::px_per_run`](crate::Settings::px_per_run). A run is one piece, and about a hundred instructions. A transition at which
-/// an outline goes on that keeps its crossings is [`OF_CROSSING`], and so is a column in which such an outline may be crossed.
+/// Bounds the work that a frame can make, in pieces of about a hundred instructions: a run is one, a place where an outline goes on
+/// or may be crossed is [`OF_CROSSING`]. [`Settings::px_per_run`](crate::Settings::px_per_run) pixels bring [`PER_RUN`] of them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
-    /// What a piece of work takes, sixths of a pixel; 0: nothing.
-    each: u32,
+    /// What a row brings, 1/[`PIECE`] pieces.
+    row: i32,
     /// What is left, and the most that can be saved up.
-    left: u32,
-    most: u32,
+    left: i32,
+    most: i32,
+    /// What is left for runs: without them all outlines would break.
+    for_runs: i32,
 }
 
-/// Parts of a pixel that are counted.
-const SIXTHS: u32 = 6;
+/// Pieces of work of a run whose outlines are followed, and of the columns in which they are crossed about it.
+const PER_RUN: u32 = 6;
 /// Pieces of work where an outline is crossed.
 pub(super) const OF_CROSSING: usize = 2;
+/// Parts of a piece.
+const PIECE: i32 = 1 << 8;
 /// Rows whose pixels can be saved up: the targets of a board can begin in the same row.
-const SAVED_ROWS: u32 = 64;
+const SAVED_ROWS: i32 = 64;
+/// More than a row can take.
+const UNBOUNDED: i32 = 1 << 24;
 /// Most transitions of a strip's block while more than a half, a quarter, an eighth of the budget is left, and below. More are
 /// noise or print too fine for the pixels; a small target has four in a row.
 const MOST_OF_STRIP: [u32; 4] = [40, 32, 24, 16];
-/// Share of the budget that is left for runs: without them all outlines would break.
-const FOR_RUNS: u32 = 8;
-/// What is left for each open outline that keeps crossings, pieces of work: as much as a small target takes.
-const FOR_OUTLINE: u32 = 200;
+/// Share of the budget that is left for runs.
+const FOR_RUNS: i32 = 8;
+/// What is left for each outline that is followed, pieces of work: as much as a small target takes.
+const FOR_OUTLINE: i32 = 200;
 
 impl Budget {
-    pub const NONE: Self = Self { each: 0, left: 0, most: 0 };
+    pub const NONE: Self = Self { row: 0, left: 0, most: 0, for_runs: 0 };
 
     pub fn new(width: u16, px_per_run: u16) -> Self {
-        let most = SIXTHS * SAVED_ROWS * u32::from(width);
-        Self { each: px_per_run.into(), left: most, most }
+        let width = PER_RUN * PIECE as u32 * u32::from(width);
+        let row = width.checked_div(px_per_run.into()).map_or(UNBOUNDED, |row| row as i32);
+        let most = SAVED_ROWS * row;
+        Self { row, left: most, most, for_runs: most / FOR_RUNS }
+    }
+
+    /// Whether there is no bound.
+    fn is_unbounded(&self) -> bool {
+        self.row == UNBOUNDED
     }
 
     /// Most transitions in the four rows of a strip.
     fn most_of_strip(&self) -> u32 {
         let [plenty, half, quarter, eighth] = MOST_OF_STRIP;
         match self.left {
-            _ if self.each == 0 => u32::MAX,
+            _ if self.is_unbounded() => u32::MAX,
             left if left > self.most / 2 => plenty,
             left if left > self.most / 4 => half,
             left if left > self.most / 8 => quarter,
@@ -150,34 +162,38 @@ impl Budget {
 
     /// Most transitions of a row.
     fn most_of_row(&self) -> usize {
-        self.left.checked_div(self.each).map_or(usize::MAX, |runs| 2 * runs as usize)
+        2 * (self.left.max(0) / PIECE) as usize
     }
 
-    /// So many rows of this width.
-    pub fn save(&mut self, width: u16, rows: u16) {
-        self.left = (self.left + SIXTHS * u32::from(width) * u32::from(rows)).min(self.most);
+    /// So many rows.
+    pub fn save(&mut self, rows: u16) {
+        self.left = (self.left + self.row * i32::from(rows)).min(self.most);
     }
 
-    /// Takes so many pieces of work.
+    /// Takes so many pieces of work. What a row takes beyond what is left the next ones have less.
+    #[inline(always)]
     pub fn take(&mut self, pieces: usize) {
-        self.left = self.left.saturating_sub(self.each * pieces as u32);
+        self.left -= PIECE * pieces as i32;
     }
 
-    /// Whether there is room for so many pieces of work where an outline is crossed.
-    pub fn has(&self, pieces: usize) -> bool {
-        self.each == 0 || self.left > self.each * pieces as u32 + self.most / FOR_RUNS
+    /// Takes so many pieces of work where an outline is crossed, if they are there.
+    #[inline(always)]
+    pub fn take_if_spare(&mut self, pieces: usize) -> bool {
+        let left = self.left - PIECE * pieces as i32;
+        let is_spare = left > self.for_runs;
+        self.left = if is_spare { left } else { self.left };
+        is_spare
     }
 
     /// Whether an outline that begins is followed, where so many others are and it lies `inside` of one of them. Those that are
     /// open come first: clutter never ends, a target does.
     pub fn admits(&self, others: u16, inside: impl Fn() -> bool) -> bool {
-        let spare = self.left.saturating_sub(self.most / FOR_RUNS);
-        let room = spare.checked_div(self.each * FOR_OUTLINE);
-        room.is_none_or(|outlines| outlines > others.into() || spare > 0 && inside())
+        let spare = (self.left - self.for_runs) / PIECE;
+        spare > FOR_OUTLINE * i32::from(others) || spare > 0 && inside()
     }
 
     /// Whether there is room for more than runs: a frame that uses its budget up is noise or all clutter.
     pub fn is_ample(&self) -> bool {
-        self.each == 0 || self.left > self.most / 2
+        self.left > self.most / 2
     }
 }
