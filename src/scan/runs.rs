@@ -60,33 +60,30 @@ impl<'s> TransitionList<'s> {
     /// Takes the dark runs of row `row` of the block in work, in a frame of this width, as far as the budget allows. Returns
     /// how many were dropped.
     pub fn fill(&mut self, strips: &Strips<'_>, row: usize, width: u16, budget: &mut Budget) -> u32 {
-        let mut found = 0;
         let most = self.data.len().min(budget.most_of_row());
-        let mut push = |at: usize, x: u16| {
-            if let Some(slot) = self.data.get_mut(at) {
-                slot.x = x;
-            }
-        };
-        // 1 if the last pixel was dark.
-        let mut before = 0;
+        let mut slots = self.data.get_mut(..most).unwrap_or_default().iter_mut();
+        // 1 if the last pixel was dark; transitions that found no slot.
+        let (mut before, mut rest) = (0, 0);
         for (x, dark) in strips.dark(row) {
             let mut changes = dark ^ (dark << 1 | before);
             before = dark >> (STRIP - 1);
-            if found >= most {
-                found += changes.count_ones() as usize;
-                continue;
-            }
             while changes != 0 {
+                let Some(slot) = slots.next() else {
+                    rest += changes.count_ones() as usize;
+                    break;
+                };
                 // What is beyond the frame repeats its last pixel, but may be of another cell.
-                push(found, (x + changes.trailing_zeros() as u16).min(width));
+                slot.x = (x + changes.trailing_zeros() as u16).min(width);
                 changes &= changes - 1;
-                found += 1;
             }
         }
         if before != 0 {
-            push(found, width);
-            found += 1;
+            match slots.next() {
+                Some(slot) => slot.x = width,
+                None => rest += 1,
+            }
         }
+        let found = most - slots.len() + rest;
         // Runs are dropped whole, so that the list stays even.
         self.len = found.min(most) & !1;
         budget.save(1);

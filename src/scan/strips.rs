@@ -208,14 +208,14 @@ impl<'s> Strips<'s> {
             inside.start += 1;
             age(strip);
             let extremes = kernel::extremes(a, b);
-            restless.get_or_insert(Noise::NONE).add(extremes, cells(i, frame));
+            restless.get_or_insert_with(|| Noise::NONE).add(extremes, cells(i, frame));
             if is_whole {
                 noise.add_flat(extremes, cells(i, frame));
             }
             take(strip, extremes, contrast);
         }
         if is_whole {
-            self.settle(restless, frame);
+            self.settle(restless.as_ref(), frame);
         }
         self.blocks += 1;
         self.calm_blocks += 1;
@@ -242,10 +242,10 @@ impl<'s> Strips<'s> {
 
     /// Takes the noise of the strips that are not calm where there are too many of them, and settles what is known of it.
     #[inline(always)]
-    fn settle(&mut self, restless: Option<Noise>, frame: u16) {
+    fn settle(&mut self, restless: Option<&Noise>, frame: u16) {
         let crowded = restless.filter(|restless| is_crowded(restless, frame));
         if let Some(restless) = crowded.filter(|_| self.blocks > 0) {
-            self.noise.replace(&restless);
+            self.noise.replace(restless);
         }
         if crowded.is_some() || self.noise.count >= CELLS_WANTED {
             self.noise.settle();
