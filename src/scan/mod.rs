@@ -154,7 +154,8 @@ impl<'s> Scanner<'s> {
         if below != first / BLOCK_ROWS as u16 {
             return;
         }
-        let dropped = self.strips.resolve(&self.rows, &self.budget);
+        self.budget.save(BLOCK_ROWS as u16);
+        let dropped = self.strips.resolve(&self.rows, &mut self.budget);
         self.dropped.runs = self.dropped.runs.saturating_add(dropped);
         let last = (first + BLOCK_ROWS as u16).min(self.rows.height());
         self.link_rows(first, last);
@@ -164,7 +165,6 @@ impl<'s> Scanner<'s> {
     fn link_rows(&mut self, first: u16, last: u16) {
         self.linked = last;
         if self.previous.as_slice().is_empty() && self.strips.all_light() {
-            self.budget.save(last - first);
             return;
         }
         let Self { rows, strips, outlines, pool, dropped, budget, .. } = self;

@@ -14,6 +14,8 @@ const NOISE_BITS: u32 = 4;
 
 /// What noise makes of cells without edges.
 #[derive(Clone, Copy, Debug)]
+// Copied by words.
+#[repr(align(4))]
 pub(crate) struct Noise {
     /// Cells by the difference of their samples.
     ranges: [u16; RANGES],

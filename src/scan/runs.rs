@@ -86,7 +86,6 @@ impl<'s> TransitionList<'s> {
         let found = most - slots.len() + rest;
         // Runs are dropped whole, so that the list stays even.
         self.len = found.min(most) & !1;
-        budget.save(1);
         budget.take(self.len / 2);
         (found - self.len) as u32 / 2
     }
@@ -109,10 +108,14 @@ pub(crate) struct Budget {
 const PER_RUN: u32 = 6;
 /// Pieces of work where an outline is crossed.
 pub(super) const OF_CROSSING: usize = 2;
+/// Pieces of work of the threshold of a strip that is not calm, for the four rows of a block.
+const OF_STRIP: i32 = 4;
 /// Parts of a piece.
 const PIECE: i32 = 1 << 8;
 /// Rows whose pixels can be saved up: the targets of a board can begin in the same row.
 const SAVED_ROWS: i32 = 64;
+/// Share of what is left that the runs of a row can take.
+const SHARE: i32 = 16;
 /// More than a row can take.
 const UNBOUNDED: i32 = 1 << 24;
 /// Most transitions of a strip's block while more than a half, a quarter, an eighth of the budget is left, and below. More are
@@ -121,7 +124,7 @@ const MOST_OF_STRIP: [u32; 4] = [40, 32, 24, 16];
 /// Share of the budget that is left for runs.
 const FOR_RUNS: i32 = 8;
 /// What is left for each outline that is followed, pieces of work: as much as a small target takes.
-const FOR_OUTLINE: i32 = 200;
+const FOR_OUTLINE: i32 = 300;
 
 impl Budget {
     pub const NONE: Self = Self { row: 0, left: 0, most: 0, for_runs: 0 };
@@ -150,16 +153,17 @@ impl Budget {
         }
     }
 
-    /// The runs that are dropped with a strip that has these dark pixels; none if it is not too busy.
-    pub fn dropped_of_strip(&self, dark: [u32; BLOCK_ROWS]) -> Option<u32> {
+    /// Takes the work of a strip that has these dark pixels. Returns the runs that are dropped with it; none if it is not too busy.
+    pub fn take_strip(&mut self, dark: [u32; BLOCK_ROWS]) -> Option<u32> {
         let changes = dark.map(|dark| ((dark ^ dark >> 1) & (u32::MAX >> 1)).count_ones());
         let changes = changes.iter().sum();
+        self.left = (self.left - PIECE * OF_STRIP).max(0);
         (changes > self.most_of_strip()).then_some(u32::div_ceil(changes, 2))
     }
 
-    /// Most transitions of a row.
+    /// Most transitions of a row. Only a share of what is left: where it changes from row to row, outlines break.
     fn most_of_row(&self) -> usize {
-        2 * (self.left.max(0) / PIECE) as usize
+        2 * (self.left.max(0) / (PIECE * SHARE)) as usize
     }
 
     /// So many rows.

@@ -105,6 +105,8 @@ pub(crate) struct Strips<'s> {
     /// The first strip that is of interest in the block in work.
     first: u32,
     noise: Noise,
+    /// That of the strips that were measured in the newest block.
+    restless: Noise,
     targets: Polarity,
     /// Whether the dark pixels come from elsewhere, and the word of a strip that has those of the first row of the block.
     given: bool,
@@ -122,6 +124,7 @@ impl<'s> Strips<'s> {
             calm_blocks: 0,
             first: END,
             noise,
+            restless: noise,
             targets,
             given: false,
             dark: DARK,
@@ -180,14 +183,13 @@ impl<'s> Strips<'s> {
                 self.noise.add(kernel::extremes(a, b), cells(chosen, frame));
             }
         }
-        // Most blocks have none, and it is large.
-        let mut restless = None;
+        let mut is_restless = false;
         let mut inside = if is_whole { 0..self.count } else { 0..0 };
         loop {
             if inside.is_empty() && !is_whole {
                 inside = self.inside(inside.end);
             }
-            let Self { data, noise, count, blocks, .. } = &mut *self;
+            let Self { data, noise, restless, count, blocks, .. } = &mut *self;
             // Every other word, and the others in the next block.
             let even = blocks.is_multiple_of(2);
             let strips = strips_mut(data, *count);
@@ -208,18 +210,21 @@ impl<'s> Strips<'s> {
             inside.start += 1;
             age(strip);
             let extremes = kernel::extremes(a, b);
-            restless.get_or_insert_with(|| Noise::NONE).add(extremes, cells(i, frame));
+            if !is_restless {
+                (*restless, is_restless) = (Noise::NONE, true);
+            }
+            restless.add(extremes, cells(i, frame));
             if is_whole {
                 noise.add_flat(extremes, cells(i, frame));
             }
             take(strip, extremes, contrast);
         }
         if is_whole {
-            self.settle(restless.as_ref(), frame);
+            self.settle(is_restless, frame);
         }
         self.blocks += 1;
         self.calm_blocks += 1;
-        if restless.is_some() {
+        if is_restless {
             self.calm_blocks = 0;
             self.find_steps(contrast);
         }
@@ -240,14 +245,14 @@ impl<'s> Strips<'s> {
         under_way
     }
 
-    /// Takes the noise of the strips that are not calm where there are too many of them, and settles what is known of it.
+    /// Takes the noise of the strips that are not calm, if any, where there are too many of them, and settles what is known of it.
     #[inline(always)]
-    fn settle(&mut self, restless: Option<&Noise>, frame: u16) {
-        let crowded = restless.filter(|restless| is_crowded(restless, frame));
-        if let Some(restless) = crowded.filter(|_| self.blocks > 0) {
-            self.noise.replace(restless);
+    fn settle(&mut self, is_restless: bool, frame: u16) {
+        let crowded = is_restless && is_crowded(&self.restless, frame);
+        if crowded && self.blocks > 0 {
+            self.noise.replace(&self.restless);
         }
-        if crowded.is_some() || self.noise.count >= CELLS_WANTED {
+        if crowded || self.noise.count >= CELLS_WANTED {
             self.noise.settle();
         }
     }
@@ -268,7 +273,7 @@ impl<'s> Strips<'s> {
 
     /// Moves the thresholds to the block above the newest measured, and finds the dark pixels of its rows. Strips that are too
     /// busy for the budget are left out; returns how many runs were dropped with them.
-    pub fn resolve(&mut self, rows: &Rows<'_>, budget: &Budget) -> u32 {
+    pub fn resolve(&mut self, rows: &Rows<'_>, budget: &mut Budget) -> u32 {
         if self.given {
             return self.resolve_given(budget);
         }
@@ -288,7 +293,7 @@ impl<'s> Strips<'s> {
             if flags & ACTIVE != 0 {
                 i = at + 1;
                 let dark = self.resolve_active(at, &mut columns, lines.map(|row| row.get(at)));
-                if let Some(runs) = budget.dropped_of_strip(dark) {
+                if let Some(runs) = budget.take_strip(dark) {
                     dropped += runs;
                     continue;
                 }
