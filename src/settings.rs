@@ -147,7 +147,7 @@ impl Settings {
     pub const DEFAULT_PX_PER_RUN: u16 = 8;
 
     /// With this, whatever a frame shows takes a bounded number of instructions up to the candidates.
-    pub const BOUNDED_PX_PER_RUN: u16 = 80;
+    pub const BOUNDED_PX_PER_RUN: u16 = 144;
 
     /// Settings for `spec` with the exact compensation.
     pub const fn new(spec: TargetSpec) -> Self {

@@ -127,13 +127,17 @@ const FOR_RUNS: i32 = 8;
 const FOR_OUTLINE: i32 = 300;
 
 impl Budget {
-    pub const NONE: Self = Self { row: 0, left: 0, most: 0, for_runs: 0 };
+    /// No bound.
+    pub const NONE: Self = Self::of_row(UNBOUNDED);
+
+    const fn of_row(row: i32) -> Self {
+        let most = SAVED_ROWS * row;
+        Self { row, left: most, most, for_runs: most / FOR_RUNS }
+    }
 
     pub fn new(width: u16, px_per_run: u16) -> Self {
         let width = PER_RUN * PIECE as u32 * u32::from(width);
-        let row = width.checked_div(px_per_run.into()).map_or(UNBOUNDED, |row| row as i32);
-        let most = SAVED_ROWS * row;
-        Self { row, left: most, most, for_runs: most / FOR_RUNS }
+        Self::of_row(width.checked_div(px_per_run.into()).map_or(UNBOUNDED, |row| row as i32))
     }
 
     /// Whether there is no bound.
