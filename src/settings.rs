@@ -146,6 +146,9 @@ impl Settings {
     /// A frame of 320 x 240 px may have 9600 runs: 60 annuli of 9 px radius have 1600. Less starves targets in uneven light.
     pub const DEFAULT_PX_PER_RUN: u16 = 8;
 
+    /// With this, whatever a frame shows takes a bounded number of instructions up to the candidates.
+    pub const BOUNDED_PX_PER_RUN: u16 = 144;
+
     /// Settings for `spec` with the exact compensation.
     pub const fn new(spec: TargetSpec) -> Self {
         let px_per_run = Self::DEFAULT_PX_PER_RUN;

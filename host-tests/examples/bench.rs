@@ -7,7 +7,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use concentric::report::{Report, max_len};
 use concentric::track::Tracker;
-use concentric::{Detector, Image, Region, Run, Summary};
+use concentric::{Detector, Image, Region, Run, Settings, Summary};
 use concentric_host::link::runs;
 use concentric_host::picture::Picture;
 use concentric_host::workload::{RADII, SIZES, crowds, lone};
@@ -20,6 +20,10 @@ use job::{CONTRAST, DETAIL, Large, MAGIC, MAX_TARGETS, MOST, Medium, SETTINGS, S
 
 /// Between the targets and the paper of the rendered frames.
 const THRESHOLD: u8 = 125;
+
+/// Frames that are also measured with little room for work.
+const CAPPED: [&str; 5] =
+    ["60 targets", "noise", "checkerboard 1 px", "checkerboard 4 px", "checkerboard 6 px"];
 
 /// A frame and what the desktop sends for it.
 #[derive(Clone, Serialize)]
@@ -34,6 +38,8 @@ struct Frame {
     report: String,
     #[serde(skip)]
     pixels: Vec<u8>,
+    #[serde(skip)]
+    px_per_run: u16,
     /// Where it is searched, if not as a whole.
     #[serde(skip)]
     regions: Option<Vec<Region>>,
@@ -66,6 +72,9 @@ fn main() -> Result<()> {
             frames.push(frame.tracked("6 of 60 tracked", 6)?);
             frames.push(frame.with_runs());
         }
+        if CAPPED.contains(&frame.scene.as_str()) {
+            frames.push(frame.capped());
+        }
         frames.push(frame);
     }
     frames.retain(|frame| frame.name().contains(scene));
@@ -89,8 +98,18 @@ impl Frame {
     fn new(picture: Picture) -> Self {
         let Picture { name, width, height, pixels } = picture;
         let (width, height) = (width as u32, height as u32);
-        let report = String::new();
-        Self { scene: name, width, height, targets: 0, dropped: 0, report, pixels, regions: None, runs: None }
+        Self {
+            scene: name,
+            width,
+            height,
+            targets: 0,
+            dropped: 0,
+            report: String::new(),
+            pixels,
+            px_per_run: Settings::DEFAULT_PX_PER_RUN,
+            regions: None,
+            runs: None,
+        }
     }
 
     fn name(&self) -> String {
@@ -119,11 +138,22 @@ impl Frame {
         Self { scene: "60 targets with runs".to_owned(), runs: Some(runs), ..self.clone() }
     }
 
+    /// The same with little room for work.
+    fn capped(&self) -> Self {
+        let scene = format!("{}, capped", self.scene);
+        Self { scene, px_per_run: Settings::BOUNDED_PX_PER_RUN, ..self.clone() }
+    }
+
+    fn settings(&self) -> Settings {
+        SETTINGS.px_per_run(self.px_per_run)
+    }
+
     /// As `job.rs` says.
     fn write(&self, bytes: &mut Vec<u8>) {
         let mut word = |word: u32| bytes.extend(word.to_le_bytes());
         word(self.width);
         word(self.height);
+        word(self.px_per_run.into());
         word(self.regions.as_ref().map_or(WHOLE, |regions| regions.len() as u32));
         for region in self.regions.iter().flatten() {
             for place in [region.top, region.bottom, region.left, region.right] {
@@ -142,9 +172,9 @@ impl Frame {
     /// Measures the frame in the storage that the firmware takes for it.
     fn measure(&mut self, number: u32) -> Result<()> {
         match self.width {
-            0..=320 => self.detect(number, Detector::new(SETTINGS, &mut Box::<Small>::default())),
-            321..=640 => self.detect(number, Detector::new(SETTINGS, &mut Box::<Medium>::default())),
-            _ => self.detect(number, Detector::new(SETTINGS, &mut Box::<Large>::default())),
+            0..=320 => self.detect(number, Detector::new(self.settings(), &mut Box::<Small>::default())),
+            321..=640 => self.detect(number, Detector::new(self.settings(), &mut Box::<Medium>::default())),
+            _ => self.detect(number, Detector::new(self.settings(), &mut Box::<Large>::default())),
         }
     }
 

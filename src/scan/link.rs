@@ -6,9 +6,9 @@
 //! to the number of transitions, except that joined outlines are renamed once a row.
 
 use super::crossings::{Crossing, CrossingList, Pool};
-use super::outlines::{NONE, Outlines};
+use super::outlines::{NONE, Outline, Outlines};
 use super::rows::Rows;
-use super::runs::Transition;
+use super::runs::{Budget, OF_CROSSING, Transition};
 use super::window::Window;
 use crate::reject::Dropped;
 use crate::settings::limits;
@@ -22,6 +22,7 @@ pub(crate) struct Linker<'a, 's> {
     outlines: &'a mut Outlines<'s>,
     pool: &'a mut Pool<'s>,
     dropped: &'a mut Dropped,
+    pub budget: &'a mut Budget,
 }
 
 impl<'a, 's> Linker<'a, 's> {
@@ -30,10 +31,10 @@ impl<'a, 's> Linker<'a, 's> {
         rows: &'a Rows<'s>,
         outlines: &'a mut Outlines<'s>,
         pool: &'a mut Pool<'s>,
-        dropped: &'a mut Dropped,
+        (dropped, budget): (&'a mut Dropped, &'a mut Budget),
         (first, min_contrast): (u16, u8),
     ) -> Self {
-        Self { window: Window::new(rows, first, min_contrast), outlines, pool, dropped }
+        Self { window: Window::new(rows, first, min_contrast), outlines, pool, dropped, budget }
     }
 
     /// Gives every transition of `current`, in row `y` of the block or in the one below the frame, its outline; `previous` is
@@ -113,6 +114,7 @@ impl<'a, 's> Linker<'a, 's> {
             return outline.reach(x, y);
         }
         outline.add_transition(sign, x, y);
+        self.budget.take(OF_CROSSING);
         if x == 0 || x >= self.window.width {
             self.mark_cut(label);
         } else if from.abs_diff(x) <= MAX_ROW_STEP
@@ -128,17 +130,31 @@ impl<'a, 's> Linker<'a, 's> {
     /// An outline begins with the transitions `at` and `at + 1`.
     #[inline(never)]
     fn begin(&mut self, current: &mut [Transition], at: usize) {
-        let Some([first, second]) = current.get_mut(at..at + 2) else { return };
+        let (before, from) = current.split_at_mut_checked(at).unwrap_or_default();
+        let [first, second, ..] = from else { return };
+        (first.label, second.label) = (NONE, NONE);
+        let (keeping, inside) = (self.outlines.keeping(), || self.is_inside([*first, *second], before));
+        if !self.budget.admits(keeping, inside) {
+            self.dropped.crossings = self.dropped.crossings.saturating_add(1);
+            return;
+        }
         let label = self.outlines.open(first.x, self.window.y);
-        (first.label, second.label) = (label, label);
         if label == NONE {
             self.dropped.outlines = self.dropped.outlines.saturating_add(1);
             return;
         }
+        (first.label, second.label) = (label, label);
         let sign = if at.is_multiple_of(2) { DARKER } else { LIGHTER };
         self.add_transition(label, sign, first.x);
         self.add_transition(label, -sign, second.x);
         self.keep_column_crossings(label, first.x, second.x);
+    }
+
+    /// Whether an outline that begins with the transitions `new` lies in one that keeps its crossings, where those `before` are on
+    /// the left.
+    fn is_inside(&self, [first, second]: [Transition; 2], before: &[Transition]) -> bool {
+        let around = before.last().and_then(|transition| self.outlines.get(transition.label));
+        around.is_some_and(|o| !o.lossy && o.left < first.x && o.right > second.x)
     }
 
     /// The transitions `at` and `at + 1` of the row above meet.
@@ -200,21 +216,31 @@ impl<'a, 's> Linker<'a, 's> {
         self.bound_cut(label);
     }
 
-    /// An outline that the frame cuts gives up when it has many crossings: it is more often background than a target.
+    /// An outline that the frame cuts gives up when it has many crossings: it is more often background than a target. `false` if
+    /// it does.
     #[inline(never)]
-    fn bound_cut(&mut self, label: u16) {
+    fn bound_cut(&mut self, label: u16) -> bool {
         let most = self.pool.capacity() / limits::CUT_SHARE;
-        if self.outlines.get(label).is_some_and(|o| o.cut && usize::from(o.crossings.len()) > most) {
+        let too_many = |outline: &Outline| outline.cut && usize::from(outline.crossings.len()) > most;
+        let gives_up = self.outlines.get(label).is_some_and(too_many);
+        if gives_up {
             self.give_up(label);
         }
+        !gives_up
     }
 
     #[inline(never)]
     fn give_up(&mut self, label: u16) {
-        if let Some(outline) = self.outlines.get_mut(label) {
-            outline.lossy = true;
-            self.free_crossings(label);
+        if let Some(crossings) = self.outlines.lose(label) {
+            self.pool.free(crossings);
         }
+    }
+
+    /// Gives an outline up for the others.
+    #[inline(never)]
+    fn drop_crossings(&mut self, label: u16) {
+        self.dropped.crossings = self.dropped.crossings.saturating_add(1);
+        self.give_up(label);
     }
 
     #[inline(never)]
@@ -227,32 +253,40 @@ impl<'a, 's> Linker<'a, 's> {
     /// Keeps the crossings between the row above and this one in the columns `from..to`, as long as the outline keeps any.
     #[inline(never)]
     fn keep_column_crossings(&mut self, label: u16, from: u16, to: u16) {
-        for x in self.window.columns(from, to) {
-            if self.outlines.get(label).is_none_or(|outline| outline.lossy) {
+        if self.outlines.get(label).is_none_or(|outline| outline.lossy) {
+            return;
+        }
+        let columns = self.window.columns(from, to);
+        if columns.is_empty() {
+            return;
+        }
+        let pieces = OF_CROSSING * columns.len();
+        if !self.budget.take_if_spare(pieces) {
+            return self.drop_crossings(label);
+        }
+        for x in columns {
+            if let Some(crossing) = self.window.column_crossing(x)
+                && !self.keep(label, crossing)
+            {
                 return;
-            }
-            if let Some(crossing) = self.window.column_crossing(x) {
-                self.keep(label, crossing);
             }
         }
     }
 
-    /// Keeps a crossing of an outline of which nothing is lost.
+    /// Keeps a crossing of an outline of which nothing is lost. `false` if that loses them all.
     #[inline(always)]
-    fn keep(&mut self, label: u16, crossing: Crossing) {
-        let Some(outline) = self.outlines.get_mut(label) else { return };
+    fn keep(&mut self, label: u16, crossing: Crossing) -> bool {
+        let Some(outline) = self.outlines.get_mut(label) else { return false };
         let is_cut = outline.cut;
         let slot = match self.pool.push(&mut outline.crossings) {
             Some(slot) => slot,
             None => match self.push_in_full(label) {
                 Some(slot) => slot,
-                None => return,
+                None => return false,
             },
         };
         *slot = crossing;
-        if is_cut {
-            self.bound_cut(label);
-        }
+        !is_cut || self.bound_cut(label)
     }
 
     /// A slot for a crossing of outline `label` where the pool is full. `None` if that gives up for it.
@@ -274,9 +308,8 @@ impl<'a, 's> Linker<'a, 's> {
         if let Some(cut) = self.outlines.largest(|o| o.cut) {
             return self.give_up(cut);
         }
-        self.dropped.crossings = self.dropped.crossings.saturating_add(1);
         // The outline with the most crossings pays: one large piece of clutter, not many small targets.
-        self.give_up(self.outlines.largest(|_| true).unwrap_or(label));
+        self.drop_crossings(self.outlines.largest(|_| true).unwrap_or(label));
     }
 }
 

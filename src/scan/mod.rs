@@ -156,7 +156,8 @@ impl<'s> Scanner<'s> {
         if below != first / BLOCK_ROWS as u16 {
             return;
         }
-        let dropped = self.strips.resolve(&self.rows, &self.budget);
+        self.budget.save(BLOCK_ROWS as u16);
+        let dropped = self.strips.resolve(&self.rows, &mut self.budget);
         self.dropped.runs = self.dropped.runs.saturating_add(dropped);
         let last = (first + BLOCK_ROWS as u16).min(self.rows.height());
         self.link_rows(first, last);
@@ -166,15 +167,14 @@ impl<'s> Scanner<'s> {
     fn link_rows(&mut self, first: u16, last: u16) {
         self.linked = last;
         if self.previous.as_slice().is_empty() && self.strips.all_light() {
-            self.budget.save(self.rows.width(), last - first);
             return;
         }
         let Self { rows, strips, outlines, pool, dropped, budget, .. } = self;
         let mut runs = 0;
-        let mut linker = Linker::new(rows, outlines, pool, dropped, (first, strips.min_contrast()));
+        let mut linker = Linker::new(rows, outlines, pool, (dropped, budget), (first, strips.min_contrast()));
         for y in first..last {
             if y < rows.height() {
-                runs += self.current.fill(strips, usize::from(y - first), rows.width(), budget);
+                runs += self.current.fill(strips, usize::from(y - first), rows.width(), linker.budget);
             } else {
                 self.current.clear();
             }
@@ -186,7 +186,7 @@ impl<'s> Scanner<'s> {
 
     /// A slot for an outline that is part of another one. [`NONE`], and counted, when the table is full.
     pub fn open_outline(&mut self) -> u16 {
-        let label = self.outlines.open(0, 0);
+        let label = self.outlines.open_closed();
         if label == NONE {
             self.dropped.outlines = self.dropped.outlines.saturating_add(1);
         }

@@ -27,10 +27,14 @@ const SMALL: u32 = 1 << 10;
 impl Moments {
     pub(super) const ZERO: Self = Self { area: 0, x: 0, y: 0, xx: 0, xy: 0, yy: 0 };
 
-    /// Adds a transition to the sums of an outline whose extent is below [`SHORT`]. On small processors long sums are dear.
+    /// Adds a transition to the lower halves of the sums of an outline whose extent is below [`SHORT`]. On small processors long
+    /// sums are dear.
     #[inline(always)]
     pub(super) fn add_short(&mut self, sign: i32, x: i32, y: i32) {
-        let add = |sum: &mut i64, term: i32| *sum = i64::from((*sum as i32).wrapping_add(term));
+        let add = |sum: &mut i64, term: i32| {
+            let low = (*sum as u32).wrapping_add(term as u32);
+            *sum = *sum & !i64::from(u32::MAX) | i64::from(low);
+        };
         let signed = sign * x;
         let (xx, xy) = (signed * x, signed * y);
         add(&mut self.area, signed);
@@ -39,6 +43,15 @@ impl Moments {
         add(&mut self.xx, xx * x);
         add(&mut self.xy, xx * y);
         add(&mut self.yy, xy * y);
+    }
+
+    /// Makes whole sums of their lower halves.
+    #[inline(never)]
+    pub(super) fn lengthen(&mut self) {
+        let Self { area, x, y, xx, xy, yy } = self;
+        for sum in [area, x, y, xx, xy, yy] {
+            *sum = i64::from(*sum as i32);
+        }
     }
 
     /// Adds a transition to the sums.

@@ -111,13 +111,29 @@ impl Outline {
     /// Adds a transition at `(x, y)`; `sign` is +1 where dark turns light.
     #[inline(always)]
     pub fn add_transition(&mut self, sign: i32, x: u16, y: u16) {
+        let was_short = self.is_short();
         self.reach(x, y);
         self.balance = self.balance.wrapping_add(sign as i8);
         let (dx, dy) = self.since_first(x, y);
-        if self.right - self.left < SHORT && y - self.top < SHORT {
+        if self.is_short() {
             self.moments.add_short(sign, dx, dy);
         } else {
+            if was_short {
+                self.moments.lengthen();
+            }
             self.moments.add_long(sign, dx, dy);
+        }
+    }
+
+    /// Whether its sums are in the lower halves of [`Moments`] only.
+    fn is_short(&self) -> bool {
+        self.right - self.left < SHORT && self.bottom - self.top < SHORT
+    }
+
+    /// Makes whole sums of them.
+    fn lengthen(&mut self) {
+        if self.is_short() {
+            self.moments.lengthen();
         }
     }
 
@@ -154,17 +170,20 @@ pub(crate) struct Outlines<'s> {
     touched: u16,
     free: u16,
     joined: u16,
+    /// Open outlines that keep crossings.
+    keeping: u16,
     /// First and last of those that have closed.
     closed: (u16, u16),
 }
 
 impl<'s> Outlines<'s> {
     pub fn new(slots: &'s mut [Outline]) -> Self {
-        Self { slots, touched: 0, free: NONE, joined: NONE, closed: (NONE, NONE) }
+        Self { slots, touched: 0, free: NONE, joined: NONE, keeping: 0, closed: (NONE, NONE) }
     }
 
     pub fn clear(&mut self) {
         (self.touched, self.free, self.joined, self.closed) = (0, NONE, NONE, (NONE, NONE));
+        self.keeping = 0;
     }
 
     /// Most slots used at a time.
@@ -193,6 +212,7 @@ impl<'s> Outlines<'s> {
         } else {
             return NONE;
         };
+        self.keeping += 1;
         if let Some(slot) = self.get_mut(label) {
             *slot = Outline {
                 first: (x, y),
@@ -207,6 +227,16 @@ impl<'s> Outlines<'s> {
                 inner: NONE,
                 ..Outline::ZERO
             };
+        }
+        label
+    }
+
+    /// Starts one that no transition belongs to.
+    pub fn open_closed(&mut self) -> u16 {
+        let label = self.open(0, 0);
+        if let Some(outline) = self.get_mut(label) {
+            outline.ends = 0;
+            self.keeping = self.keeping.saturating_sub(1);
         }
         label
     }
@@ -229,23 +259,42 @@ impl<'s> Outlines<'s> {
         let joined = self.joined;
         let Some(other) = self.get_mut(b) else { return };
         (other.alias, other.next) = (a, joined);
+        other.lengthen();
         let other = *other;
         self.joined = b;
-        if let Some(outline) = self.get_mut(a) {
-            let (dx, dy) = outline.since_first(other.first.0, other.first.1);
-            outline.moments.join(&other.moments, (dx.into(), dy.into()));
-            // As if the other had been balanced by a transition at its first column, which adds nothing to its own sums.
-            let (_, row) = outline.since_first(0, y);
-            outline.moments.add_long(other.balance.into(), dx, row);
-            outline.balance = outline.balance.wrapping_add(other.balance);
-            outline.left = outline.left.min(other.left);
-            outline.right = outline.right.max(other.right);
-            outline.top = outline.top.min(other.top);
-            outline.bottom = outline.bottom.max(other.bottom);
-            outline.ends += other.ends;
-            outline.cut |= other.cut;
-            outline.lossy |= other.lossy;
+        let Some(outline) = self.get_mut(a) else { return };
+        // Of two that kept theirs one is left, of one none.
+        let keeps = !outline.lossy || !other.lossy;
+        outline.lengthen();
+        let (dx, dy) = outline.since_first(other.first.0, other.first.1);
+        outline.moments.join(&other.moments, (dx.into(), dy.into()));
+        // As if the other had been balanced by a transition at its first column, which adds nothing to its own sums.
+        let (_, row) = outline.since_first(0, y);
+        outline.moments.add_long(other.balance.into(), dx, row);
+        outline.balance = outline.balance.wrapping_add(other.balance);
+        outline.left = outline.left.min(other.left);
+        outline.right = outline.right.max(other.right);
+        outline.top = outline.top.min(other.top);
+        outline.bottom = outline.bottom.max(other.bottom);
+        outline.ends += other.ends;
+        outline.cut |= other.cut;
+        outline.lossy |= other.lossy;
+        self.keeping = self.keeping.saturating_sub(keeps.into());
+    }
+
+    /// Open outlines that keep their crossings.
+    pub fn keeping(&self) -> u16 {
+        self.keeping
+    }
+
+    /// Marks an outline that has lost a part. Its crossings, which are of no use then, are to be given back.
+    pub fn lose(&mut self, label: u16) -> Option<&mut CrossingList> {
+        let outline = self.slots.get_mut(usize::from(label))?;
+        if !outline.lossy && outline.ends > 0 {
+            self.keeping = self.keeping.saturating_sub(1);
         }
+        outline.lossy = true;
+        Some(&mut outline.crossings)
     }
 
     /// Two ends of `label` have met, or one has met the end of an outline that was lost.
@@ -256,10 +305,13 @@ impl<'s> Outlines<'s> {
             return;
         }
         outline.next = NONE;
-        if !outline.lossy && !outline.is_small() {
+        let keeps = !outline.lossy;
+        if keeps && !outline.is_small() {
+            outline.lengthen();
             let (x, y) = outline.first;
             outline.moments.close((x.into(), y.into()));
         }
+        self.keeping = self.keeping.saturating_sub(keeps.into());
         // In the order of their closing, because an inner outline must be known before the one around it.
         let (first, last) = self.closed;
         match self.get_mut(last) {

@@ -268,7 +268,7 @@ impl<'s> Strips<'s> {
 
     /// Moves the thresholds to the block above the newest measured, and finds the dark pixels of its rows. Strips that are too
     /// busy for the budget are left out; returns how many runs were dropped with them.
-    pub fn resolve(&mut self, rows: &Rows<'_>, budget: &Budget) -> u32 {
+    pub fn resolve(&mut self, rows: &Rows<'_>, budget: &mut Budget) -> u32 {
         if self.given {
             return self.resolve_given(budget);
         }
@@ -288,7 +288,7 @@ impl<'s> Strips<'s> {
             if flags & ACTIVE != 0 {
                 i = at + 1;
                 let dark = self.resolve_active(at, &mut columns, lines.map(|row| row.get(at)));
-                if let Some(runs) = budget.dropped_of_strip(dark) {
+                if let Some(runs) = budget.take_strip(dark) {
                     dropped += runs;
                     continue;
                 }
@@ -331,7 +331,8 @@ impl<'s> Strips<'s> {
         let thresholds = thresholds(strip[THRESHOLDS], about, contrast, targets);
         strip[THRESHOLDS] = thresholds;
         let dark = Best::dark(lines, thresholds);
-        strip[DARK..WINDOW].copy_from_slice(&dark);
+        let [a, b, c, d] = dark;
+        (strip[DARK], strip[DARK + 1], strip[DARK + 2], strip[DARK + 3]) = (a, b, c, d);
         strip[FLAGS] &= !SIDE;
         match kernel::at_least(strip[LOW + 2], thresholds) {
             0 => strip[FLAGS] |= SIDE,
@@ -377,9 +378,8 @@ fn strips_mut(data: &mut [u32], count: usize) -> &mut [Strip] {
 /// The block in work becomes the one above it, and the newest is taken to be as the one before.
 #[inline(never)]
 fn age(strip: &mut Strip) {
-    for first in [LOW, HIGH] {
-        strip.copy_within(first + 1..first + 3, first);
-    }
+    (strip[LOW], strip[LOW + 1]) = (strip[LOW + 1], strip[LOW + 2]);
+    (strip[HIGH], strip[HIGH + 1]) = (strip[HIGH + 1], strip[HIGH + 2]);
     strip[FLAGS] = strip[FLAGS] & !RESTLESS | strip[FLAGS] << 1 & RESTLESS;
 }
 

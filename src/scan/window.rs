@@ -25,6 +25,8 @@ pub(super) struct Window<'a> {
     pub height: u16,
     /// Columns of the rows, with those that pad them.
     padded: u16,
+    /// The same where there are rows enough about the row in work for a crossing on a column; otherwise 0.
+    columns: u16,
     /// Smallest difference between the two sides' pairs of samples: less is no edge, but the border of two cells'
     /// thresholds.
     min_step: i32,
@@ -55,6 +57,7 @@ impl<'a> Window<'a> {
             width: rows.width(),
             height: rows.height(),
             padded,
+            columns: 0,
             min_step: i32::from(min_contrast) / 2,
             pushed: rows.pushed(),
             first,
@@ -76,6 +79,7 @@ impl<'a> Window<'a> {
             let below = below.min(KEPT_ROWS as u16 - (y - self.first) - (2 * REACH - 1));
             [above, below].map(|rows| 1 << log_length(rows.min(FAR_ROWS as u16).into()))
         };
+        self.columns = if self.far == [0; 2] { 0 } else { self.padded };
     }
 
     /// The rows about this one: those of the stretch above from the farthest on, the near ones `y - 3` to `y + 2`, those of the
@@ -121,16 +125,19 @@ impl<'a> Window<'a> {
         Some(Crossing::new(Axis::Row, (x, self.y), near, [before, after]))
     }
 
-    /// The columns of `from..to` that have neighbours, if there are rows enough about this one.
+    /// The columns `from..to`, if there are rows enough about this one.
+    #[inline(always)]
     pub fn columns(&self, from: u16, to: u16) -> Range<u16> {
-        if self.far == [0; 2] || to >= self.padded { 0..0 } else { from.max(1)..to }
+        if to < self.columns { from..to } else { 0..0 }
     }
 
     /// The crossing between the row above and this one in column `x`, one of [`columns`](Self::columns).
     #[inline(always)]
     pub fn column_crossing(&self, x: u16) -> Option<Crossing> {
         let [above @ .., r0, r1, r2, r3, r4, r5, b0, b1, b2, b3] = self.about()?;
-        let ([a, n2, c], [b, n3, d]) = (from_column(r2, x - 1)?, from_column(r3, x - 1)?);
+        // There is none beside the first column.
+        let left = x.wrapping_sub(1);
+        let ([a, n2, c], [b, n3, d]) = (from_column(r2, left)?, from_column(r3, left)?);
         let level = |row: &[u8]| row.get(usize::from(x)).copied();
         let near = [level(r0)?, level(r1)?, *n2, *n3, level(r4)?, level(r5)?];
         if !self.is_edge(&near, [*a, *b, *c, *d]) {

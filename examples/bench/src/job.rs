@@ -1,6 +1,7 @@
 //! What the firmware is given to measure, and how. The desktop compiles this file, too.
 //!
-//! 32-bit little-endian words: [`MAGIC`], the number of frames; for each frame its width and height, how it is searched
+//! 32-bit little-endian words: [`MAGIC`], the number of frames; for each frame its width and height, its
+//! bound of the work ([`Settings::px_per_run`]), how it is searched
 //! ([`WHOLE`] or the number of its regions; these, four words each: first and last row, first and last column), then its
 //! pixels, row by row without gaps, and [`WHOLE`] or [`WITH_RUNS`]. With runs, for each row: their number and for each the
 //! first column, and the one after the last in the upper half. Widths are multiples of 4, so that every row starts at a word.

@@ -15,7 +15,7 @@ mod measure;
 use core::fmt::{self, Write as _};
 
 use concentric::report::{Detail, Report, max_len};
-use concentric::{Detector, Region as Part, Run};
+use concentric::{Detector, Region as Part, Run, Settings};
 #[cfg(target_arch = "arm")]
 use cortex_m_rt::entry;
 #[cfg(target_arch = "riscv32")]
@@ -75,7 +75,8 @@ fn run(memory: &mut Memory, mut rest: &[u8]) -> Option<()> {
     (take_word(&mut rest)? == MAGIC).then_some(())?;
     for number in 0..take_word(&mut rest)? {
         let (width, height) = (take_word(&mut rest)? as u16, take_word(&mut rest)? as u16);
-        frame(memory, number, (width, height), &mut rest)?;
+        let settings = SETTINGS.px_per_run(take_word(&mut rest)? as u16);
+        frame(memory, (number, settings), (width, height), &mut rest)?;
     }
     Some(())
 }
@@ -94,7 +95,12 @@ fn take_regions<'m>(rest: &mut &[u8], regions: &'m mut [Part; MOST]) -> Option<O
     Some(Some(regions))
 }
 
-fn frame(memory: &mut Memory, number: u32, (width, height): (u16, u16), rest: &mut &[u8]) -> Option<()> {
+fn frame(
+    memory: &mut Memory,
+    (number, settings): (u32, Settings),
+    (width, height): (u16, u16),
+    rest: &mut &[u8],
+) -> Option<()> {
     let Memory { small, medium, large, regions, runs, report, bytes } = memory;
     let regions = take_regions(rest, regions)?;
     let (pixels, after) = rest.split_at_checked(usize::from(width) * usize::from(height))?;
@@ -102,9 +108,9 @@ fn frame(memory: &mut Memory, number: u32, (width, height): (u16, u16), rest: &m
     let runs = (take_word(rest)? == WITH_RUNS).then_some(Runs { rest, row: runs });
     let frame = Frame { pixels, width, height, regions, runs };
     let (mut detector, storage) = match width {
-        0..=320 => (Detector::new(SETTINGS, small), Small::BYTES),
-        321..=640 => (Detector::new(SETTINGS, medium), Medium::BYTES),
-        _ => (Detector::new(SETTINGS, large), Large::BYTES),
+        0..=320 => (Detector::new(settings, small), Small::BYTES),
+        321..=640 => (Detector::new(settings, medium), Medium::BYTES),
+        _ => (Detector::new(settings, large), Large::BYTES),
     };
     // As a head would have: the noise is known from a whole frame.
     if frame.regions.is_some() && !cfg!(feature = "empty") {

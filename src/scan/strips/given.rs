@@ -54,7 +54,7 @@ impl Strips<'_> {
 
     /// Lists the strips of the block above the newest in which a row changes sides, but for those that are too busy for the
     /// budget. Returns how many runs were dropped with them.
-    pub(super) fn resolve_given(&mut self, budget: &Budget) -> u32 {
+    pub(super) fn resolve_given(&mut self, budget: &mut Budget) -> u32 {
         let mut dropped = 0;
         self.dark = usize::from(self.blocks) % 2 * BLOCK_ROWS;
         let (mut side, mut last) = (Some(0), END);
@@ -64,7 +64,7 @@ impl Strips<'_> {
             else {
                 break;
             };
-            if let Some(runs) = budget.dropped_of_strip(dark) {
+            if let Some(runs) = budget.take_strip(dark) {
                 dropped += runs;
                 continue;
             }

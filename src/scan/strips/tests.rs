@@ -32,7 +32,8 @@ fn scan(
         if rows.block_complete() {
             strips.measure(&rows, &mut Regions::all());
             if y > 4 {
-                strips.resolve(&rows, &Budget::NONE);
+                let mut budget = Budget::NONE;
+                strips.resolve(&rows, &mut budget);
                 check(&strips, y - 7);
             }
         }

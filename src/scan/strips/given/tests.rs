@@ -79,7 +79,7 @@ fn own_runs(picture: &Picture) -> Vec<Given> {
         if strips.blocks() < 2 {
             return;
         }
-        strips.resolve(rows, &Budget::NONE);
+        strips.resolve(rows, &mut budget);
         for row in 0..BLOCK_ROWS {
             assert_eq!(list.fill(&strips, row, width as u16, &mut budget), 0);
             let ends: Vec<u16> = list.as_slice().iter().map(|transition| transition.x).collect();
