@@ -93,7 +93,7 @@ pub struct Dropped {
     pub runs: u32,
     /// Outlines that did not fit in the table.
     pub outlines: u32,
-    /// Crossings that did not fit in the pool.
+    /// Outlines whose crossings did not fit in the pool or in the work that [`px_per_run`](crate::Settings::px_per_run) allows.
     pub crossings: u32,
 }
 

@@ -21,9 +21,11 @@ use job::{CONTRAST, DETAIL, Large, MAGIC, MAX_TARGETS, MOST, Medium, SETTINGS, S
 /// Between the targets and the paper of the rendered frames.
 const THRESHOLD: u8 = 125;
 
-/// Frames that are also measured with little room for work.
-const CAPPED: [&str; 5] =
-    ["60 targets", "noise", "checkerboard 1 px", "checkerboard 4 px", "checkerboard 6 px"];
+/// Frames that are also measured with little room for work, ...
+const BOUNDED: [&str; 6] =
+    ["60 targets", "clutter", "noise", "checkerboard 1 px", "checkerboard 4 px", "checkerboard 6 px"];
+/// ... and pixels for each run of those between the usual bound and that.
+const BOUNDS: [u16; 2] = [32, 64];
 
 /// A frame and what the desktop sends for it.
 #[derive(Clone, Serialize)]
@@ -72,8 +74,11 @@ fn main() -> Result<()> {
             frames.push(frame.tracked("6 of 60 tracked", 6)?);
             frames.push(frame.with_runs());
         }
-        if CAPPED.contains(&frame.scene.as_str()) {
-            frames.push(frame.capped());
+        if BOUNDED.contains(&frame.scene.as_str()) {
+            let between = ["60 targets", "checkerboard 6 px"].contains(&frame.scene.as_str());
+            let between = between && frame.width == SIZES[0].0;
+            let bounds = BOUNDS.into_iter().filter(|_| between).chain([Settings::BOUNDED_PX_PER_RUN]);
+            frames.extend(bounds.map(|px_per_run| frame.bounded(px_per_run)));
         }
         frames.push(frame);
     }
@@ -138,10 +143,9 @@ impl Frame {
         Self { scene: "60 targets with runs".to_owned(), runs: Some(runs), ..self.clone() }
     }
 
-    /// The same with little room for work.
-    fn capped(&self) -> Self {
-        let scene = format!("{}, capped", self.scene);
-        Self { scene, px_per_run: Settings::BOUNDED_PX_PER_RUN, ..self.clone() }
+    /// The same with another bound of the work.
+    fn bounded(&self, px_per_run: u16) -> Self {
+        Self { scene: format!("{}, {px_per_run} px a run", self.scene), px_per_run, ..self.clone() }
     }
 
     fn settings(&self) -> Settings {

@@ -5,6 +5,7 @@ mod common;
 use common::Desktop;
 use concentric::{Detector, Image, Settings, Summary, Target, TargetSpec};
 use concentric_host::render::{Frame, Scene};
+use concentric_host::workload::crowds;
 
 fn run(frame: &Frame, px_per_run: u16) -> (Vec<Target>, Summary) {
     let mut storage = Box::<Desktop>::default();
@@ -77,6 +78,28 @@ fn runs_beyond_the_bound_are_dropped_and_counted() {
         println!("dropped with 0, 8, 32, 128 px for each run: {counts:?}");
         assert!(counts.is_sorted() && counts[3] > counts[0], "{counts:?}");
         assert_eq!(dropped(32), counts[2]);
+    }
+}
+
+/// A tight bound has room for what its documentation says, and tells what it drops.
+#[test]
+fn targets_within_a_tight_bound_are_found() {
+    let found = |(number, width, height), px_per_run| {
+        let frames =
+            (0..10).map(|seed| Scene::many(number, width, height, false, seed).expect("room").render(seed));
+        frames.map(|frame| run(&frame, px_per_run)).fold((0, 0), |(targets, dropped), (found, summary)| {
+            (targets + found.len(), dropped + summary.dropped.runs + summary.dropped.crossings)
+        })
+    };
+    for few in [(4, 640, 480), (12, 1280, 1024)] {
+        assert_eq!(found(few, Settings::BOUNDED_PX_PER_RUN).0, 10 * few.0);
+    }
+    let (targets, dropped) = found((12, 320, 240), Settings::BOUNDED_PX_PER_RUN);
+    assert!(targets < 120 && dropped > 0, "{targets} {dropped}");
+    for (width, height) in [(640, 480), (1280, 1024)] {
+        let board = crowds(width, height).expect("frames").swap_remove(1);
+        let frame = Frame { pixels: board.pixels, ..squares(width as usize, height as usize, 9) };
+        assert_eq!(run(&frame, 32).0.len(), 60, "{width} px");
     }
 }
 

@@ -86,12 +86,13 @@ impl Waiting {
             return false;
         }
         self.searches -= 1;
+        scanner.budget.take_search();
         broken::add(label, cause.is_none(), self, scanner)
     }
 
     /// Whether arcs may be looked for.
     fn may_search(&self, scanner: &Scanner<'_>) -> bool {
-        ARCS && self.searches > 0 && scanner.budget.is_ample()
+        ARCS && self.searches > 0 && scanner.budget.has_room_for_search()
     }
 
     /// Takes an outline that is an ellipse, with what is concentric inside it.
@@ -184,6 +185,7 @@ impl Waiting {
                 return Some(head);
             }
             self.searches -= 1;
+            scanner.budget.take_search();
             match broken::find_around(head, &open, rows, scanner) {
                 broken::Around::Nothing => return Some(head),
                 broken::Around::Found(outer) => {

@@ -110,6 +110,8 @@ const PER_RUN: u32 = 6;
 pub(super) const OF_CROSSING: usize = 2;
 /// Pieces of work of the threshold of a strip that is not calm, for the four rows of a block.
 const OF_STRIP: i32 = 4;
+/// Pieces of work of a search for arcs.
+const OF_SEARCH: i32 = 600;
 /// Parts of a piece.
 const PIECE: i32 = 1 << 8;
 /// Rows whose pixels can be saved up: the targets of a board can begin in the same row.
@@ -197,8 +199,13 @@ impl Budget {
         spare > FOR_OUTLINE * i32::from(others) || spare > 0 && inside()
     }
 
-    /// Whether there is room for more than runs: a frame that uses its budget up is noise or all clutter.
-    pub fn is_ample(&self) -> bool {
-        self.left > self.most / 2
+    /// Whether there is room for a search for arcs beside runs: a frame that uses its budget up is noise or all clutter.
+    pub fn has_room_for_search(&self) -> bool {
+        self.left - PIECE * OF_SEARCH > self.most / 2
+    }
+
+    /// Takes the work of one.
+    pub fn take_search(&mut self) {
+        self.left -= PIECE * OF_SEARCH;
     }
 }

@@ -1,5 +1,6 @@
 //! Instructions and bytes, from the baseline that `cargo xtask bench --check` compares with what it measures.
 
+use concentric::Settings;
 use serde_json::Value;
 
 use crate::{document, read};
@@ -30,6 +31,20 @@ fn scan(processor: &Value, scene: &str) -> String {
     figures.collect::<Vec<_>>().join(", ")
 }
 
+/// The most of all frames with the tightest bound of the work.
+fn bounded(processor: &Value) -> String {
+    let bound = format!(", {} px a run", Settings::BOUNDED_PX_PER_RUN);
+    let all = || processor["frames"].as_array().expect("frames").iter();
+    let figures = [320.0, 640.0, 1280.0].map(|width| {
+        let frames =
+            all().filter(|frame| frame["scene"].as_str().is_some_and(|scene| scene.ends_with(&bound)));
+        let frames = frames.filter(|frame| number(&frame["width"]) == width);
+        let figures = frames.map(|f| number(&f["scan"]["instructions"]) / number(&f["height"]) / width);
+        format!("{:.1}", figures.reduce(f64::max).expect("bounded frames"))
+    });
+    figures.join(", ")
+}
+
 /// Instructions of a lone target, in thousands.
 fn target(processor: &Value, scene: &str) -> String {
     let (_, frame) = frames(processor, scene).next().expect("a target");
@@ -48,12 +63,13 @@ pub fn table() -> String {
         all.iter().find(|one| one["processor"] == name).unwrap_or_else(|| panic!("{BASELINE} lacks {name}"))
     };
     type Figure = fn(&Value) -> String;
-    let rows: [(&str, Figure); 13] = [
+    let rows: [(&str, Figure); 14] = [
         ("scan, empty frame, a pixel", |p| scan(p, "empty")),
         ("scan, 60 targets, a pixel", |p| scan(p, "60 targets")),
         ("scan, noise, a pixel", |p| scan(p, "noise")),
         ("scan, clutter, a pixel", |p| scan(p, "clutter")),
         ("scan, checkerboard of 6 px, a pixel", |p| scan(p, "checkerboard 6 px")),
+        ("scan, the most of any frame with `px_per_run` 144, a pixel", bounded),
         ("target of radius 10 px, thousands", |p| target(p, "radius 10")),
         ("target of radius 30 px, thousands", |p| target(p, "radius 30")),
         ("target of radius 100 px, thousands", |p| target(p, "radius 100")),
