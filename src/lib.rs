@@ -106,7 +106,7 @@ pub use scan::Run;
 #[cfg(feature = "self-test")]
 #[doc(hidden)]
 pub use scan::agree;
-pub use settings::{Compensation, MAX_SPEC_CIRCLES, Polarity, Settings, SettingsError, TargetSpec};
+pub use settings::{Compensation, Effort, MAX_SPEC_CIRCLES, Polarity, Settings, SettingsError, TargetSpec};
 pub use storage::Storage;
 pub use summary::{Summary, Used};
 pub use target::{Circle, Covariance, Ellipse, Flags, MAX_CIRCLES, Position, Target};

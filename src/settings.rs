@@ -120,6 +120,18 @@ pub enum Compensation {
     Known,
 }
 
+/// How much is done for the accuracy of a target.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Effort {
+    /// All that the pixels tell: within a few per cent of the least error that is possible.
+    #[default]
+    Full,
+    /// Each edge point from two samples, each circle by itself, in one pass. What is clipped, blurred, noisy, small or
+    /// disturbed is measured in full all the same.
+    Quick,
+}
+
 /// Settings of a [`Detector`](crate::Detector).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -128,6 +140,8 @@ pub struct Settings {
     pub spec: TargetSpec,
     /// How to compensate.
     pub compensation: Compensation,
+    /// How much is done for the accuracy of a target.
+    pub effort: Effort,
     /// The camera, if it is known. Feature `camera`.
     #[cfg(feature = "camera")]
     pub camera: Option<Camera>,
@@ -160,6 +174,7 @@ impl Settings {
         Self {
             spec,
             compensation: Compensation::Exact,
+            effort: Effort::Full,
             #[cfg(feature = "camera")]
             camera: None,
             code: None,
@@ -176,6 +191,12 @@ impl Settings {
     /// The same with another compensation.
     pub const fn compensation(mut self, compensation: Compensation) -> Self {
         self.compensation = compensation;
+        self
+    }
+
+    /// The same with another effort.
+    pub const fn effort(mut self, effort: Effort) -> Self {
+        self.effort = effort;
         self
     }
 

@@ -46,13 +46,13 @@ pub(crate) struct Levels {
     pub gx: f32,
     pub gy: f32,
     /// Covariance (xx, xy, yy) of the two slopes, 1/px^2.
-    slopes: (f32, f32, f32),
+    pub(super) slopes: (f32, f32, f32),
     /// Standard deviation of the samples about the levels of the pass before, grey levels.
     pub noise: f32,
     /// The same without what most of them do not show.
-    spread: f32,
+    pub(super) spread: f32,
     /// Pixels in the samples, each as far as it counted.
-    pixels: f32,
+    pub(super) pixels: f32,
     /// More than one far sample in ten at the end of the grey scale.
     pub clipped: bool,
 }

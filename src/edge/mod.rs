@@ -7,16 +7,19 @@
 //! 2. [`measure_blur`]: the standard deviation of the edges' profile.
 //! 3. [`place`]: matched filter of the four samples at each crossing.
 
+mod flat;
 mod levels;
 mod light;
 mod local;
 mod place;
+mod probit;
 mod profile;
 mod survey;
 mod trace;
 
 pub(crate) use levels::Levels;
 pub(crate) use place::{Blur, measure_blur, place};
+pub(crate) use probit::Probit;
 pub(crate) use profile::{normal, normal_fixed, normal_near};
 pub(crate) use survey::{Point, Survey};
 

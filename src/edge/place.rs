@@ -267,7 +267,7 @@ impl Profile {
 
 /// Standard deviations at which the step has reached `share`, from the first terms of the series about one half: good to
 /// 1 % for shares of 0.2 to 0.8, to 10 % for 0.05 to 0.95.
-fn inverse_normal(share: i32) -> i32 {
+pub(super) fn inverse_normal(share: i32) -> i32 {
     /// For the quarter that standard deviations have as many bits less than shares.
     const SERIES: [i32; 4] = [10_267, 10_752, 23_635, 61_710];
     let [a, b, c, d] = SERIES;

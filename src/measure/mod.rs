@@ -14,6 +14,7 @@ mod ellipse;
 pub(crate) mod joint;
 mod known;
 mod origin;
+mod quick;
 mod sectors;
 mod together;
 
@@ -25,7 +26,7 @@ use crate::fit::Adjusted;
 use crate::math;
 use crate::reject::Reject;
 use crate::scan::{Outline, Scanner};
-use crate::settings::{Compensation, Polarity, Settings, limits};
+use crate::settings::{Compensation, Effort, Polarity, Settings, limits};
 use crate::target::{Circle, Ellipse, Flags, MAX_CIRCLES, Target};
 use choose::choose;
 pub(crate) use choose::concentric;
@@ -36,6 +37,7 @@ use heapless::Vec;
 use joint::joint;
 use known::{Known, known};
 pub(crate) use origin::Origin;
+use quick::quick;
 pub(crate) use sectors::PARTS;
 use together::{Together, rough};
 
@@ -54,6 +56,8 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
     if ARCS && edges.iter().any(|edge| edge.partial) {
         let plain = Origin::new(origin, None).ok_or(Reject::NotElliptic)?;
         rough(&mut edges, &scanner.pool, &plain);
+    } else if let Some(found) = quickly(&Edges { edges: &edges, origin }, scanner, settings, &about) {
+        return found;
     } else if JOINT {
         match undisturbed(&Edges { edges: &edges, origin }, scanner, settings, &about) {
             Ok(found) => return found,
@@ -61,6 +65,23 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
         }
     }
     disturbed(&Edges { edges: &edges, origin }, scanner, settings, (&about, open, calm))
+}
+
+/// A target that nothing disturbs, where that is to be quick.
+#[inline(never)]
+fn quickly(
+    edges: &Edges<'_>,
+    scanner: &Scanner<'_>,
+    settings: &Settings,
+    about: &Origin,
+) -> Option<Result<Target, Reject>> {
+    if settings.effort != Effort::Quick {
+        return None;
+    }
+    let mut fitted = FittedList::new();
+    let light = quick(edges, &scanner.pool, about, &mut fitted)?;
+    let circles = choose(&fitted, settings, scanner.width());
+    Some(circles.and_then(|circles| assemble(&circles, settings, &light, about)))
 }
 
 /// A target that is seen whole. Where anything disturbs it, the noise of a sample, see [`joint`].
