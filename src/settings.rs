@@ -161,8 +161,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// A frame of 320 x 240 px may have 9600 runs: 60 annuli of 9 px radius have 1600. Less starves targets in uneven light.
-    pub const DEFAULT_PX_PER_RUN: u16 = 8;
+    /// A frame of 320 x 240 px may have 19200 runs: 60 annuli of 9 px radius have 1600, but noise in uneven light has many.
+    pub const DEFAULT_PX_PER_RUN: u16 = 4;
 
     /// With this, whatever a frame shows takes at most 15 instructions a pixel up to the candidates on a Cortex-M4F, 25 on an M0+,
     /// 20 on RV32IMC.

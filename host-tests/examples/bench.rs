@@ -16,7 +16,10 @@ use serde::Serialize;
 #[path = "../../examples/bench/src/job.rs"]
 mod job;
 
-use job::{CONTRAST, DETAIL, Large, MAGIC, MAX_TARGETS, MOST, Medium, SETTINGS, Small, WHOLE, WITH_RUNS};
+use job::{
+    CONTRAST, DETAIL, Large, MAGIC, MAX_TARGETS, MOST, Medium, OWN_PIXELS, SAME_PIXELS, SETTINGS, Small,
+    WHOLE, WITH_RUNS,
+};
 
 /// Between the targets and the paper of the rendered frames.
 const THRESHOLD: u8 = 125;
@@ -68,7 +71,6 @@ fn main() -> Result<()> {
     }
     let mut frames = Vec::new();
     for frame in pictures.into_iter().map(Frame::new) {
-        // The largest with all of these would not fit the memory of the emulated boards.
         if frame.scene == "60 targets" && frame.width < 1280 {
             frames.push(frame.tracked("60 of 60 tracked", MAX_TARGETS)?);
             frames.push(frame.tracked("6 of 60 tracked", 6)?);
@@ -92,7 +94,9 @@ fn main() -> Result<()> {
     }
     for (number, frame) in (0..).zip(&mut frames) {
         frame.measure(number).with_context(|| frame.scene.clone())?;
-        frame.write(&mut bytes);
+    }
+    for (i, frame) in frames.iter().enumerate() {
+        frame.write(i.checked_sub(1).map(|before| &frames[before]), &mut bytes);
     }
     fs::write(folder.join("frames.bin"), bytes)?;
     fs::write(folder.join("frames.json"), serde_json::to_string(&frames)?)?;
@@ -152,8 +156,8 @@ impl Frame {
         SETTINGS.px_per_run(self.px_per_run)
     }
 
-    /// As `job.rs` says.
-    fn write(&self, bytes: &mut Vec<u8>) {
+    /// As `job.rs` says, after the frame `before`.
+    fn write(&self, before: Option<&Self>, bytes: &mut Vec<u8>) {
         let mut word = |word: u32| bytes.extend(word.to_le_bytes());
         word(self.width);
         word(self.height);
@@ -164,7 +168,12 @@ impl Frame {
                 word(place.into());
             }
         }
-        bytes.extend(&self.pixels);
+        if before.is_some_and(|before| before.pixels == self.pixels) {
+            word(SAME_PIXELS);
+        } else {
+            word(OWN_PIXELS);
+            bytes.extend(&self.pixels);
+        }
         let mut word = |word: u32| bytes.extend(word.to_le_bytes());
         word(if self.runs.is_some() { WITH_RUNS } else { WHOLE });
         for row in self.runs.iter().flatten() {

@@ -2,8 +2,8 @@
 //!
 //! 32-bit little-endian words: [`MAGIC`], the number of frames; for each frame its width and height, its
 //! bound of the work ([`Settings::px_per_run`]), how it is searched
-//! ([`WHOLE`] or the number of its regions; these, four words each: first and last row, first and last column), then its
-//! pixels, row by row without gaps, and [`WHOLE`] or [`WITH_RUNS`]. With runs, for each row: their number and for each the
+//! ([`WHOLE`] or the number of its regions; these, four words each: first and last row, first and last column), then
+//! [`SAME_PIXELS`], or [`OWN_PIXELS`] and its pixels, row by row without gaps, and [`WHOLE`] or [`WITH_RUNS`]. With runs, for each row: their number and for each the
 //! first column, and the one after the last in the upper half. Widths are multiples of 4, so that every row starts at a word.
 
 use concentric::report::Detail;
@@ -13,6 +13,9 @@ use concentric::{Compensation, Settings, Storage, TargetSpec};
 pub const MAGIC: u32 = u32::from_le_bytes(*b"CONB");
 /// In place of the number of regions: the whole frame is searched; after the pixels: no runs.
 pub const WHOLE: u32 = u32::MAX;
+/// Its pixels are those of the frame before, or follow.
+pub const SAME_PIXELS: u32 = 0;
+pub const OWN_PIXELS: u32 = 1;
 /// Runs follow.
 pub const WITH_RUNS: u32 = 1;
 /// Most regions of a frame, and most runs of a row.

@@ -23,7 +23,10 @@ use riscv_rt::entry;
 use semihosting::process;
 use semihosting::sys::arm_compat::sys_writec;
 
-use job::{DETAIL, Large, MAGIC, MAX_TARGETS, MOST, Medium, SETTINGS, Small, WHOLE, WITH_RUNS};
+use job::{
+    DETAIL, Large, MAGIC, MAX_TARGETS, MOST, Medium, OWN_PIXELS, SAME_PIXELS, SETTINGS, Small, WHOLE,
+    WITH_RUNS,
+};
 use measure::{Bytes, Frame, Region, Runs, take_word};
 
 /// The memory of the measurement. All zero at first, so that it costs no flash.
@@ -73,10 +76,11 @@ fn main() -> ! {
 /// Measures every frame; `None` when the memory holds something else.
 fn run(memory: &mut Memory, mut rest: &[u8]) -> Option<()> {
     (take_word(&mut rest)? == MAGIC).then_some(())?;
+    let mut pixels: &[u8] = &[];
     for number in 0..take_word(&mut rest)? {
         let (width, height) = (take_word(&mut rest)? as u16, take_word(&mut rest)? as u16);
         let settings = SETTINGS.px_per_run(take_word(&mut rest)? as u16);
-        frame(memory, (number, settings), (width, height), &mut rest)?;
+        frame(memory, (number, settings), (width, height), (&mut pixels, &mut rest))?;
     }
     Some(())
 }
@@ -95,18 +99,22 @@ fn take_regions<'m>(rest: &mut &[u8], regions: &'m mut [Part; MOST]) -> Option<O
     Some(Some(regions))
 }
 
-fn frame(
+/// Measures a frame; `pixels` are those of the one before.
+fn frame<'a>(
     memory: &mut Memory,
     (number, settings): (u32, Settings),
     (width, height): (u16, u16),
-    rest: &mut &[u8],
+    (pixels, rest): (&mut &'a [u8], &mut &'a [u8]),
 ) -> Option<()> {
     let Memory { small, medium, large, regions, runs, report, bytes } = memory;
     let regions = take_regions(rest, regions)?;
-    let (pixels, after) = rest.split_at_checked(usize::from(width) * usize::from(height))?;
-    *rest = after;
+    match take_word(rest)? {
+        SAME_PIXELS => {}
+        OWN_PIXELS => (*pixels, *rest) = rest.split_at_checked(usize::from(width) * usize::from(height))?,
+        _ => return None,
+    }
     let runs = (take_word(rest)? == WITH_RUNS).then_some(Runs { rest, row: runs });
-    let frame = Frame { pixels, width, height, regions, runs };
+    let frame = Frame { pixels: *pixels, width, height, regions, runs };
     let (mut detector, storage) = match width {
         0..=320 => (Detector::new(settings, small), Small::BYTES),
         321..=640 => (Detector::new(settings, medium), Medium::BYTES),
