@@ -124,11 +124,13 @@ pub enum Compensation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Effort {
-    /// All that the pixels tell: within a few per cent of the least error that is possible.
+    /// All that the pixels tell: a few per cent more than the least error that is possible.
     #[default]
     Full,
-    /// Each edge point from two samples, each circle by itself, in one pass. What is clipped, blurred, noisy, small or
-    /// disturbed is measured in full all the same.
+    /// Each edge point from two samples and each circle by itself, in two short passes: a fifth to two fifths of the instructions, and
+    /// about a tenth more error. A target that is hidden in part, clipped, dirty, noisy (6 % of the contrast), blurred (1.3 px), of
+    /// which two edges are nearer than 3 px or one bends in less than 2.4 px is measured in full all the same, and so is every one
+    /// with a known camera.
     Quick,
 }
 
@@ -140,7 +142,7 @@ pub struct Settings {
     pub spec: TargetSpec,
     /// How to compensate.
     pub compensation: Compensation,
-    /// How much is done for the accuracy of a target.
+    /// How much is done for the accuracy of a target; the noise of its centre grows by a tenth with [`Effort::Quick`].
     pub effort: Effort,
     /// The camera, if it is known. Feature `camera`.
     #[cfg(feature = "camera")]

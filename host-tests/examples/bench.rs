@@ -7,7 +7,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use concentric::report::{Report, max_len};
 use concentric::track::Tracker;
-use concentric::{Detector, Image, Region, Run, Settings, Summary};
+use concentric::{Detector, Effort, Image, Region, Run, Settings, Summary};
 use concentric_host::link::runs;
 use concentric_host::picture::Picture;
 use concentric_host::workload::{RADII, SIZES, crowds, lone};
@@ -17,8 +17,8 @@ use serde::Serialize;
 mod job;
 
 use job::{
-    CONTRAST, DETAIL, Large, MAGIC, MAX_TARGETS, MOST, Medium, OWN_PIXELS, SAME_PIXELS, SETTINGS, Small,
-    WHOLE, WITH_RUNS,
+    CONTRAST, DETAIL, FULL, Large, MAGIC, MAX_TARGETS, MOST, Medium, OWN_PIXELS, QUICK, SAME_PIXELS,
+    SETTINGS, Small, WHOLE, WITH_RUNS,
 };
 
 /// Between the targets and the paper of the rendered frames.
@@ -45,6 +45,8 @@ struct Frame {
     pixels: Vec<u8>,
     #[serde(skip)]
     px_per_run: u16,
+    #[serde(skip)]
+    effort: Effort,
     /// Where it is searched, if not as a whole.
     #[serde(skip)]
     regions: Option<Vec<Region>>,
@@ -75,6 +77,9 @@ fn main() -> Result<()> {
             frames.push(frame.tracked("60 of 60 tracked", MAX_TARGETS)?);
             frames.push(frame.tracked("6 of 60 tracked", 6)?);
             frames.push(frame.with_runs());
+        }
+        if frame.scene == "60 targets" || frame.scene.starts_with("radius") {
+            frames.push(frame.quick());
         }
         if BOUNDED.contains(&frame.scene.as_str()) {
             let between = ["60 targets", "checkerboard 6 px"].contains(&frame.scene.as_str());
@@ -116,6 +121,7 @@ impl Frame {
             report: String::new(),
             pixels,
             px_per_run: Settings::DEFAULT_PX_PER_RUN,
+            effort: Effort::Full,
             regions: None,
             runs: None,
         }
@@ -152,8 +158,13 @@ impl Frame {
         Self { scene: format!("{}, {px_per_run} px a run", self.scene), px_per_run, ..self.clone() }
     }
 
+    /// The same with less effort for each target.
+    fn quick(&self) -> Self {
+        Self { scene: format!("{}, quick", self.scene), effort: Effort::Quick, ..self.clone() }
+    }
+
     fn settings(&self) -> Settings {
-        SETTINGS.px_per_run(self.px_per_run)
+        SETTINGS.px_per_run(self.px_per_run).effort(self.effort)
     }
 
     /// As `job.rs` says, after the frame `before`.
@@ -162,6 +173,7 @@ impl Frame {
         word(self.width);
         word(self.height);
         word(self.px_per_run.into());
+        word(if self.effort == Effort::Quick { QUICK } else { FULL });
         word(self.regions.as_ref().map_or(WHOLE, |regions| regions.len() as u32));
         for region in self.regions.iter().flatten() {
             for place in [region.top, region.bottom, region.left, region.right] {

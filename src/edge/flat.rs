@@ -9,6 +9,11 @@ use crate::scan::{Axis, Crossing, Pool};
 /// Where a far stretch begins and where the outermost near sample has its middle, px / 2 from the middle of the crossing.
 const BESIDE: i32 = 6;
 const OUTERMOST: i32 = 5;
+/// Bits of places in units of the target, and most crossings that are looked at: the sums have 32 bits.
+const PLACE: u32 = 7;
+const MOST: usize = 2048;
+/// How far beyond the target the samples reach, px.
+const BEYOND: f32 = 16.0;
 /// Least variance of a sample, grey levels: that of rounding.
 const ROUNDING: f32 = 1.0 / 12.0;
 /// Levels from the end of the scale that noise clips, grey levels.
@@ -40,16 +45,18 @@ struct Dark {
     level: u32,
 }
 
-/// Sums over light areas, each as often as it has pixels: of 1, of places, px / 2, of levels, and of their products.
+/// Sums over light areas, each as often as it has pixels: of 1, of places, of levels, and of their products.
 #[derive(Default)]
 struct Bright {
-    pixels: u32,
+    /// Bits that a place has less than px / 2.
+    less: u32,
+    pixels: i32,
     place: (i32, i32),
-    square: (i64, i64, i64),
-    level: u32,
-    place_level: (i64, i64),
+    square: (i32, i32, i32),
+    level: i32,
+    place_level: (i32, i32),
     /// Squares of the mean levels.
-    squares: u64,
+    squares: u32,
     areas: u16,
     clipped: u16,
 }
@@ -57,17 +64,18 @@ struct Bright {
 impl Bright {
     #[inline(always)]
     fn add(&mut self, (x, y): (i32, i32), (log, sum): (u32, u32)) {
+        let (x, y) = (x >> self.less, y >> self.less);
         let level = sum as i32;
         self.pixels += 1 << log;
         self.place.0 += x << log;
         self.place.1 += y << log;
-        self.square.0 += i64::from((x * x) << log);
-        self.square.1 += i64::from((x * y) << log);
-        self.square.2 += i64::from((y * y) << log);
-        self.level += sum;
-        self.place_level.0 += i64::from(x * level);
-        self.place_level.1 += i64::from(y * level);
-        self.squares += u64::from((sum * sum) >> log);
+        self.square.0 += (x * x) << log;
+        self.square.1 += (x * y) << log;
+        self.square.2 += (y * y) << log;
+        self.level += level;
+        self.place_level.0 += x * level;
+        self.place_level.1 += y * level;
+        self.squares += (sum * sum) >> log;
         self.areas += 1;
         self.clipped += u16::from(sum >= (256 - END) << log);
     }
@@ -77,9 +85,14 @@ impl Levels {
     /// Those of a target that nothing disturbs; `None` where nothing is flat, or too much of it clipped.
     #[inline(never)]
     pub fn of_flat(edges: &Edges<'_>, pool: &Pool<'_>) -> Option<Self> {
-        let (mut dark, mut bright) = (Dark::default(), Bright::default());
+        let farthest = (2.0 * (edges.edges.first()?.axes.0 + BEYOND)) as u32;
+        let less = (u32::BITS - farthest.leading_zeros()).saturating_sub(PLACE);
+        let (mut dark, mut bright) = (Dark::default(), Bright { less, ..Bright::default() });
+        // An odd one: a row leaves a crossing on either side.
+        let crossings: usize = edges.edges.iter().map(|edge| usize::from(edge.crossings.len())).sum();
+        let stride = (crossings / (MOST / 2)) | 1;
         for edge in edges.edges {
-            for crossing in pool.iter(edge.crossings) {
+            for crossing in pool.iter(edge.crossings).step_by(stride) {
                 add(crossing, edges.origin, (&mut dark, &mut bright));
             }
         }
@@ -91,13 +104,17 @@ impl Levels {
 
     fn solve(sums: &Bright, dark: f32) -> Option<Self> {
         let free = f32::from(sums.areas.checked_sub(3).filter(|&free| free > 0)?);
-        let pixels = sums.pixels as f32;
-        let (x, y) = (0.5 * sums.place.0 as f32, 0.5 * sums.place.1 as f32);
-        let (xx, xy, yy) = sums.square;
-        let [xx, xy, yy] = [xx, xy, yy].map(|sum| 0.25 * sum as f32);
-        let (x_level, y_level) = sums.place_level;
-        let right = [sums.level as f32, 0.5 * x_level as f32, 0.5 * y_level as f32];
-        let factor = Factor::new(&[[pixels, 0.0, 0.0], [x, xx, 0.0], [y, xy, yy]])?;
+        let Bright { less, pixels, place: (x, y), square: (xx, xy, yy), level, place_level, .. } = *sums;
+        let unit = 0.5 * (1u32 << less) as f32;
+        let place = |sum: i32| unit * sum as f32;
+        let square = |sum: i32| unit * unit * sum as f32;
+        let pixels = pixels as f32;
+        let right = [level as f32, place(place_level.0), place(place_level.1)];
+        let factor = Factor::new(&[
+            [pixels, 0.0, 0.0],
+            [place(x), square(xx), 0.0],
+            [place(y), square(xy), square(yy)],
+        ])?;
         let solution = factor.solve(right);
         let [bright, x_slope, y_slope] = solution;
         let variance = ((sums.squares as f32 - dot(&solution, &right)) / free).max(ROUNDING);

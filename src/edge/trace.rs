@@ -109,32 +109,46 @@ impl Trace {
         ((x, y), Inverse::of_root(x.unsigned_abs().pow(2) + y.unsigned_abs().pow(2)))
     }
 
-    /// A place about the origin, px / 2. `None` where it is not near the ellipse.
-    #[inline]
-    pub fn look(&self, axis: Axis, place: (i32, i32)) -> Option<Look> {
+    /// The conic at a place about the origin, px / 2, with half its derivative across the axis and the square of the place's distance
+    /// from the centre in the frame. `None` where it is not near the ellipse.
+    #[inline(always)]
+    fn conic(&self, axis: Axis, place: (i32, i32)) -> Option<(Conic, i32, u32)> {
         let (place, square) = self.place(place).filter(|(_, square)| *square < NEAR)?;
         let (gradient, by_gradient) = self.gradient(place, COARSE);
-        let by_gradient = by_gradient?;
-        let depth = self.depth(square)?;
-        let distance = by_gradient.of(depth);
-        if distance.abs() > DEEPEST {
+        let (by_gradient, depth) = (by_gradient?, self.depth(square)?);
+        if by_gradient.of(depth).abs() > DEEPEST {
             return None;
         }
-        // Distance from the centre less 1, by the series of the root.
-        let excess = (square.wrapping_sub(1 << PLACE) as i32) >> (PLACE - ONE.ilog2());
-        let beyond = (excess - (scale(excess, excess) >> 2)) >> 1;
         let (x, y) = gradient;
         let ((slope, across), second) =
             if axis == Axis::Row { ((x, y), self.second.0) } else { ((y, x), self.second.1) };
+        Some((Conic { place, depth, slope, second, by_gradient }, across, square))
+    }
+
+    /// The same where the axis is steeper than the other one.
+    #[inline]
+    pub fn steep_conic(&self, axis: Axis, place: (i32, i32)) -> Option<Conic> {
+        let (conic, across, _) = self.conic(axis, place)?;
+        (conic.slope.abs() >= across.abs()).then_some(conic)
+    }
+
+    /// What a place about the origin, px / 2, has to do with the ellipse. `None` where it is not near that.
+    #[inline]
+    pub fn look(&self, axis: Axis, place: (i32, i32)) -> Option<Look> {
+        let (conic, across, square) = self.conic(axis, place)?;
+        let Conic { depth, slope, second, by_gradient, .. } = conic;
+        // Distance from the centre less 1, by the series of the root.
+        let excess = (square.wrapping_sub(1 << PLACE) as i32) >> (PLACE - ONE.ilog2());
+        let beyond = (excess - (scale(excess, excess) >> 2)) >> 1;
         // The gradient on the ellipse is as much less as the place is farther from the centre.
         let reach = scale(by_gradient.of(self.ratio), ONE + beyond);
         Some(Look {
             // The conic is the distance times half of 1 + 1 / radius.
-            distance: scale(distance, ONE + ((beyond - (scale(beyond, beyond) >> 1)) >> 1)),
+            distance: scale(by_gradient.of(depth), ONE + ((beyond - (scale(beyond, beyond) >> 1)) >> 1)),
             cosines: (by_gradient.cosine(slope), by_gradient.cosine(across)),
             change: by_gradient.of(second),
             bend: scale(scale(scale(self.bend, reach), reach), reach),
-            conic: Conic { place, depth, slope, second, by_gradient },
+            conic,
         })
     }
 

@@ -1,6 +1,7 @@
 //! A candidate, a chain of concentric outlines, to a target: the order of the stages from edge points to the centre.
 //!
-//! 1. [`ellipse`]: each edge's points to an ellipse.
+//! 1. [`joint`], or where anything disturbs the target [`disturbed`], or where that is to be quick [`quick`]: levels, edge points and
+//!    ellipses.
 //! 2. [`choose`]: which of these make a target.
 //! 3. [`combine`]: their centres to the true centre, with its covariance; [`known`]: the same with a known camera.
 //!
@@ -57,7 +58,7 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
         let plain = Origin::new(origin, None).ok_or(Reject::NotElliptic)?;
         rough(&mut edges, &scanner.pool, &plain);
     } else if let Some(found) = quickly(&Edges { edges: &edges, origin }, scanner, settings, &about) {
-        return found;
+        return Ok(found);
     } else if JOINT {
         match undisturbed(&Edges { edges: &edges, origin }, scanner, settings, &about) {
             Ok(found) => return found,
@@ -69,19 +70,15 @@ pub(crate) fn measure(head: u16, scanner: &mut Scanner<'_>, settings: &Settings)
 
 /// A target that nothing disturbs, where that is to be quick.
 #[inline(never)]
-fn quickly(
-    edges: &Edges<'_>,
-    scanner: &Scanner<'_>,
-    settings: &Settings,
-    about: &Origin,
-) -> Option<Result<Target, Reject>> {
+fn quickly(edges: &Edges<'_>, scanner: &Scanner<'_>, settings: &Settings, about: &Origin) -> Option<Target> {
     if settings.effort != Effort::Quick {
         return None;
     }
     let mut fitted = FittedList::new();
     let light = quick(edges, &scanner.pool, about, &mut fitted)?;
-    let circles = choose(&fitted, settings, scanner.width());
-    Some(circles.and_then(|circles| assemble(&circles, settings, &light, about)))
+    let circles = choose(&fitted, settings, scanner.width()).ok()?;
+    let target = assemble(&circles, settings, &light, about).ok()?;
+    Some(target.less_sure(limits::ALONE_VARIANCE))
 }
 
 /// A target that is seen whole. Where anything disturbs it, the noise of a sample, see [`joint`].

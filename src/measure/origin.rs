@@ -61,13 +61,6 @@ impl Origin {
         (x.abs() < FARTHEST && y.abs() < FARTHEST).then(|| (fixed(x, PX), fixed(y, PX)))
     }
 
-    /// The same for a place in [`PX`].
-    #[inline]
-    pub fn undistorted_fixed(&self, place: (i32, i32)) -> Option<(i32, i32)> {
-        const EACH: i32 = PX / GRID;
-        if self.lens().is_none() { Some(place) } else { self.undistorted((place.0 / EACH, place.1 / EACH)) }
-    }
-
     /// The place without distortion of what is seen `(x, y)` px from the origin.
     pub fn place(&self, seen: (f32, f32)) -> Option<(f32, f32)> {
         match self.lens() {

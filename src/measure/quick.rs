@@ -14,8 +14,10 @@ use crate::scan::Pool;
 const MOST_NOISE: f32 = 0.06;
 /// Least distance of two edges, px: nearer ones have a part in each other's samples.
 const LEAST_GAP: f32 = 3.0;
+/// Least radius of curvature of an edge, px: a blurred one lies inside of where it bends more.
+const LEAST_RADIUS: f32 = 2.4;
 /// Largest blur, px, with which the samples beside an edge are those of the levels.
-const MOST_BLUR: f32 = 1.6;
+const MOST_BLUR: f32 = 1.3;
 /// Variance of the edge points in units of what the noise explains, and beyond that, px^2: more is disturbed.
 const EXPLAINED: f32 = 3.0;
 const UNEXPLAINED: f32 = 0.03 * 0.03;
@@ -35,7 +37,9 @@ pub(super) fn quick(
     let list = edges.edges;
     let inside = list.iter().skip(1);
     let tight = list.iter().zip(inside).any(|(outer, inner)| outer.axes.1 - inner.axes.1 < LEAST_GAP);
-    if tight || list.iter().any(|edge| edge.partial || edge.cut) {
+    let bent = |edge: &Edge| edge.axes.1 * edge.axes.1 < LEAST_RADIUS * edge.axes.0;
+    let unfit = |edge: &Edge| edge.partial || edge.cut || bent(edge);
+    if tight || origin.lens().is_some() || list.iter().any(unfit) {
         return None;
     }
     let levels = Levels::of_flat(edges, pool)?;
@@ -45,7 +49,7 @@ pub(super) fn quick(
     }
     let mut probit = Probit::new(&levels, edges.origin);
     for (k, edge) in list.iter().enumerate() {
-        fitted.push(fit((edge, k), pool, origin, &mut probit)?).ok()?;
+        fitted.push(fit((edge, k), pool, &mut probit)?).ok()?;
     }
     let blur = probit.blur();
     let light = Light::new(&levels, blur, fitted.first());
@@ -59,18 +63,16 @@ pub(super) fn quick(
 
 /// The ellipse of the edge points of edge `k`, by one step from its outline's.
 #[inline(never)]
-fn fit((edge, k): (&Edge, usize), pool: &Pool<'_>, origin: &Origin, probit: &mut Probit) -> Option<Fitted> {
-    let mut adjustment = Adjustment::new(origin.undistorted_shape(&edge.shape)?)?;
+fn fit((edge, k): (&Edge, usize), pool: &Pool<'_>, probit: &mut Probit) -> Option<Fitted> {
+    let mut adjustment = Adjustment::new(edge.shape)?;
     let mut seen = Sectors::NONE;
     let (mut sum, mut ends) = (0, (0, 0));
-    for crossing in pool.iter(edge.crossings) {
-        let Some(point) = probit.place(crossing) else { continue };
-        let point = adjustment.view(origin.undistorted_fixed(point)?)?;
+    probit.pass(edge, pool, |point| {
         seen.mark(sector(point.place));
         sum += point.distance;
         ends = (point.distance.min(ends.0), point.distance.max(ends.1));
-        adjustment.add(&point);
-    }
+        adjustment.add(point);
+    })?;
     let (adjusted, step, []) = adjustment.finish_with(&[])?;
     let mean = sum as f32 / f32::from(adjusted.points);
     let farthest = (ends.1 as f32 - mean).max(mean - ends.0 as f32) / PX as f32;

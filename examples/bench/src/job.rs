@@ -1,7 +1,7 @@
 //! What the firmware is given to measure, and how. The desktop compiles this file, too.
 //!
 //! 32-bit little-endian words: [`MAGIC`], the number of frames; for each frame its width and height, its
-//! bound of the work ([`Settings::px_per_run`]), how it is searched
+//! bound of the work ([`Settings::px_per_run`]), its effort ([`FULL`] or [`QUICK`]), how it is searched
 //! ([`WHOLE`] or the number of its regions; these, four words each: first and last row, first and last column), then
 //! [`SAME_PIXELS`], or [`OWN_PIXELS`] and its pixels, row by row without gaps, and [`WHOLE`] or [`WITH_RUNS`]. With runs, for each row: their number and for each the
 //! first column, and the one after the last in the upper half. Widths are multiples of 4, so that every row starts at a word.
@@ -11,6 +11,9 @@ use concentric::{Compensation, Settings, Storage, TargetSpec};
 
 /// "CONB": frames as this page says.
 pub const MAGIC: u32 = u32::from_le_bytes(*b"CONB");
+/// The effort for each target.
+pub const FULL: u32 = 0;
+pub const QUICK: u32 = 1;
 /// In place of the number of regions: the whole frame is searched; after the pixels: no runs.
 pub const WHOLE: u32 = u32::MAX;
 /// Its pixels are those of the frame before, or follow.

@@ -15,7 +15,7 @@ mod measure;
 use core::fmt::{self, Write as _};
 
 use concentric::report::{Detail, Report, max_len};
-use concentric::{Detector, Region as Part, Run, Settings};
+use concentric::{Detector, Effort, Region as Part, Run, Settings};
 #[cfg(target_arch = "arm")]
 use cortex_m_rt::entry;
 #[cfg(target_arch = "riscv32")]
@@ -24,8 +24,8 @@ use semihosting::process;
 use semihosting::sys::arm_compat::sys_writec;
 
 use job::{
-    DETAIL, Large, MAGIC, MAX_TARGETS, MOST, Medium, OWN_PIXELS, SAME_PIXELS, SETTINGS, Small, WHOLE,
-    WITH_RUNS,
+    DETAIL, FULL, Large, MAGIC, MAX_TARGETS, MOST, Medium, OWN_PIXELS, QUICK, SAME_PIXELS, SETTINGS, Small,
+    WHOLE, WITH_RUNS,
 };
 use measure::{Bytes, Frame, Region, Runs, take_word};
 
@@ -80,6 +80,11 @@ fn run(memory: &mut Memory, mut rest: &[u8]) -> Option<()> {
     for number in 0..take_word(&mut rest)? {
         let (width, height) = (take_word(&mut rest)? as u16, take_word(&mut rest)? as u16);
         let settings = SETTINGS.px_per_run(take_word(&mut rest)? as u16);
+        let settings = settings.effort(match take_word(&mut rest)? {
+            FULL => Effort::Full,
+            QUICK => Effort::Quick,
+            _ => return None,
+        });
         frame(memory, (number, settings), (width, height), (&mut pixels, &mut rest))?;
     }
     Some(())

@@ -3,14 +3,14 @@
 use super::{
     goals::{Goal, goals},
     grid::SLICES,
-    method::{MAIN, REFINED},
+    method::{MAIN, QUICK, REFINED},
     plots::Plot,
     run::Outcome,
     statistics::Figures,
     study::Study,
 };
 
-const HEADER: [&str; 19] = [
+const HEADER: [&str; 21] = [
     "cell",
     "found",
     "frames",
@@ -21,8 +21,10 @@ const HEADER: [&str; 19] = [
     "auto",
     "refined",
     "known",
+    "quick",
     "exact / bound",
     "refined / bound",
+    "quick / bound",
     "systematic",
     "bias",
     "drift",
@@ -36,7 +38,7 @@ const LEGEND: &str = "\
 RMS errors of one coordinate in mpx (1/1000 px). *bound*: the Cramer-Rao bound of eq. (7) and the exact form, for the
 contrast, light, noise, blur and shape of each frame; rounding to 8 bits counts as noise. *none*: the centre of the outer
 ellipse; *auto*: the exact form as far as its correction is significant; *refined*: the exact form after the refinement on
-the pixels; *known*: the centre where the camera is given. Ratios to the bound have their 95 % confidence interval; in the
+the pixels; *known*: the centre where the camera is given; *quick*: the exact form with less effort. Ratios to the bound have their 95 % confidence interval; in the
 range of the goals they, and *error / sigma*, are without what the noise of these frames makes of any good estimate.
 *systematic*: the part of the exact form's error that is the same for every noise. *bias*, *drift*: length of its mean error,
 in the image and in directions of the light (or else of the tilt). *error / sigma*: its RMS error in units of the reported
@@ -104,8 +106,10 @@ pub fn row(outcome: &Outcome) -> Vec<String> {
         rms("auto"),
         mpx(refined.rms),
         rms("known"),
+        rms(QUICK),
         ratio(exact),
         ratio(refined),
+        outcome.figures(QUICK).map_or(String::new(), ratio),
         exact.systematic.map_or(String::new(), mpx),
         mpx(exact.bias),
         mpx(exact.drift),

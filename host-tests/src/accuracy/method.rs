@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use concentric::{
-    Camera, Compensation, Distortion, Image, Position, Settings, Target, TargetSpec, coplanar::pool,
+    Camera, Compensation, Distortion, Effort, Image, Position, Settings, Target, TargetSpec, coplanar::pool,
     refine::polish,
 };
 use glam::DMat2;
@@ -15,6 +15,8 @@ use crate::render;
 pub struct Run {
     /// The form of the centre.
     pub compensation: Compensation,
+    /// What is done for its accuracy.
+    pub effort: Effort,
     /// What it is told.
     pub told: Told,
     /// What comes after.
@@ -45,7 +47,7 @@ pub enum After {
 
 impl Run {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::EXACT,
         Self { compensation: Compensation::None, ..Self::EXACT },
         Self { compensation: Compensation::Auto, ..Self::EXACT },
@@ -55,9 +57,15 @@ impl Run {
         Self { after: After::Refined, ..Self::EXACT },
         Self { after: After::Refined, ..Self::KNOWN },
         Self { after: After::Pooled, ..Self::EXACT },
+        Self { effort: Effort::Quick, ..Self::EXACT },
     ];
-    const EXACT: Self = Self { compensation: Compensation::Exact, told: Told::Ratio, after: After::Rows };
-    const KNOWN: Self = Self { compensation: Compensation::Known, told: Told::Camera, after: After::Rows };
+    const EXACT: Self = Self {
+        compensation: Compensation::Exact,
+        effort: Effort::Full,
+        told: Told::Ratio,
+        after: After::Rows,
+    };
+    const KNOWN: Self = Self { compensation: Compensation::Known, told: Told::Camera, ..Self::EXACT };
 
     /// Whether it makes sense for this cell.
     pub fn concerns(self, cell: &Cell) -> bool {
@@ -73,7 +81,7 @@ impl Run {
             Told::Nothing => TargetSpec::any(),
             Told::Ratio | Told::Camera => TargetSpec::ring(cell.ratio as f32)?,
         };
-        let settings = Settings::new(spec).compensation(self.compensation);
+        let settings = Settings::new(spec).compensation(self.compensation).effort(self.effort);
         Ok(if self.told == Told::Camera { settings.camera(camera(lens)?) } else { settings })
     }
 
@@ -125,9 +133,12 @@ pub const MAIN: &str = "exact";
 /// ... and the same after the refinement.
 pub const REFINED: &str = "refined";
 
+/// The method with less effort.
+pub const QUICK: &str = "quick";
+
 /// Every method, in the order of the tables. Eq. (7) has the covariance of the exact form: they differ by far less.
 /// `undistorted` is `refined` with the camera given. `pooled` is only for boards, and is compared with the bound of a target by itself.
-pub const METHODS: [Method; 10] = [
+pub const METHODS: [Method; 11] = [
     Method { bound: |bounds| bounds.outer, ..Method::new("none", 1) },
     Method { centre: |target| target.eq7, ..Method::new("eq7", 0) },
     Method::new(MAIN, 0),
@@ -138,4 +149,5 @@ pub const METHODS: [Method; 10] = [
     Method { bound: |bounds| bounds.known, ..Method::new("known", 5) },
     Method { bound: |bounds| bounds.known, ..Method::new("known-refined", 7) },
     Method::new("pooled", 8),
+    Method::new(QUICK, 9),
 ];

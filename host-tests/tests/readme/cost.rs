@@ -63,7 +63,7 @@ pub fn table() -> String {
         all.iter().find(|one| one["processor"] == name).unwrap_or_else(|| panic!("{BASELINE} lacks {name}"))
     };
     type Figure = fn(&Value) -> String;
-    let rows: [(&str, Figure); 14] = [
+    let rows: [(&str, Figure); 17] = [
         ("scan, empty frame, a pixel", |p| scan(p, "empty")),
         ("scan, 60 targets, a pixel", |p| scan(p, "60 targets")),
         ("scan, noise, a pixel", |p| scan(p, "noise")),
@@ -73,6 +73,9 @@ pub fn table() -> String {
         ("target of radius 10 px, thousands", |p| target(p, "radius 10")),
         ("target of radius 30 px, thousands", |p| target(p, "radius 30")),
         ("target of radius 100 px, thousands", |p| target(p, "radius 100")),
+        ("the same, quick: radius 10 px", |p| target(p, "radius 10, quick")),
+        ("the same, quick: radius 30 px", |p| target(p, "radius 30, quick")),
+        ("the same, quick: radius 100 px", |p| target(p, "radius 100, quick")),
         ("stack, measured, bytes", |p| p["stack"]["measured"].to_string()),
         ("flash of the library, bytes", |p| p["library_flash"].to_string()),
         ("the same, compiled for size", |p| p["library_flash_small"].to_string()),

@@ -69,6 +69,9 @@ pub fn all() -> Vec<Goal> {
     goals.push(Goal::new("one target of radius 30 px, instructions", [40e3, 250e3, 130e3], 0, |m| {
         m.frame("radius 30", 320).map(|frame| frame.target.instructions as f64)
     }));
+    goals.push(Goal::new("the same, quick", [40e3, 250e3, 130e3], 0, |m| {
+        m.frame("radius 30, quick", 320).map(|frame| frame.target.instructions as f64)
+    }));
     for (width, kib) in [(320, 12.0), (640, 24.0), (1280, 48.0)] {
         let name = format!("storage for 60 targets, {width} px wide, bytes");
         goals.push(Goal::new(name, [kib * 1024.0; 3], 0, move |m| {

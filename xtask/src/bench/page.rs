@@ -135,7 +135,7 @@ fn targets(measured: &[(&Processor, &Measured)]) -> String {
 }
 
 fn parts(results: &Results) -> String {
-    let scenes = ["empty", "60 targets", "clutter", "noise"];
+    let scenes = ["empty", "60 targets", "60 targets, quick", "clutter", "noise"];
     let widths: Vec<u32> = [320, 640, 1280]
         .into_iter()
         .filter(|&width| results.processors.iter().any(|m| m.frame("empty", width).is_some()))
@@ -191,9 +191,11 @@ fn lean_figures(measured: &[(&Processor, &Measured)]) -> String {
         let figures = measured.iter().map(|(_, m)| figure(m).unwrap_or_default());
         [name.to_owned()].into_iter().chain(figures).collect()
     };
-    let rows: [Vec<String>; 3] = [
+    let quick = |m: &Measured| m.frame("radius 30, quick", 320).map(|frame| frame.target.instructions);
+    let rows: [Vec<String>; 4] = [
         row("60 targets, 320 px wide, up to the candidates, instructions per px", &scan),
         row("one target of radius 30 px, instructions", &|m| Some(instructions(m)?.to_string())),
+        row("the same, quick", &|m| Some(quick(m)?.to_string())),
         row("60 targets, 320 px wide: found", &|m| Some(m.frame("60 targets", 320)?.targets.to_string())),
     ];
     let rest = bytes(measured);
