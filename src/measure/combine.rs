@@ -75,16 +75,18 @@ pub(super) fn combine(circles: &FittedList, t: f32) -> Option<Centre> {
     Some(centre)
 }
 
-/// The same with the share of the correction that is significant, and that share; `plane` as for
+/// The same, the centre with the share of the correction that is significant, and that share; `plane` as for
 /// [`Centre::total_covariance`].
-pub(super) fn significant(circles: &FittedList, t: f32, plane: f32) -> Option<(Centre, f32)> {
+pub(super) fn significant(circles: &FittedList, t: f32, plane: f32) -> Option<(Centre, Centre, f32)> {
     let exact = true_weights(circles, t)?;
     let plain = mean(circles.iter().map(variance))?;
     let mut difference = plain.clone();
     for (difference, exact) in rolled(difference.iter_mut().zip(&exact)) {
         *difference = exact - *difference;
     }
-    let excess = sum(circles, &exact)?.misfit(circles, t);
+    let mut to = sum(circles, &exact)?;
+    let excess = to.misfit(circles, t);
+    to.scale(excess);
     let total = |weights: &Weights<f32>| {
         let mut centre = sum(circles, weights)?;
         centre.scale(excess);
@@ -92,7 +94,6 @@ pub(super) fn significant(circles: &FittedList, t: f32, plane: f32) -> Option<(C
         Some((centre, (xx, xy, yy)))
     };
     let (from, mean) = total(&plain)?;
-    let (to, _) = total(&exact)?;
     let (_, correction) = total(&difference)?;
     let outer = Centre::of(circles.first()?).total_covariance(plane);
     let Significance { share, unsure } =
@@ -105,7 +106,7 @@ pub(super) fn significant(circles: &FittedList, t: f32, plane: f32) -> Option<(C
     centre.covariance.xx += unsure * correction.0;
     centre.covariance.xy += unsure * correction.1;
     centre.covariance.yy += unsure * correction.2;
-    Some((centre, share))
+    Some((to, centre, share))
 }
 
 #[inline(never)]

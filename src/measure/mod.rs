@@ -226,11 +226,11 @@ impl Forms {
     /// Of circles that were measured each by itself.
     fn new(circles: &FittedList, plane: f32, origin: &Origin) -> Option<Self> {
         let t = measured_perspective(circles)?;
-        let (auto, share) = significant(circles, t, plane)?;
+        let (exact, auto, share) = significant(circles, t, plane)?;
         Some(Self {
             plain: Centre::of(circles.first()?),
             eq7: combine(circles, 0.0)?,
-            exact: combine(circles, t)?,
+            exact,
             auto,
             share,
             known: origin.lens().and_then(|lens| known(circles, lens, plane)),
