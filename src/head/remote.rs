@@ -43,6 +43,7 @@ fn change(request: Request, to: Changeable<'_>) -> Result<(), Outcome> {
         }
         Request::WholeEvery(period) => *to.period = period,
         Request::PxPerRun(px) => to.settings.px_per_run = px,
+        Request::Effort(effort) => to.settings.effort = effort,
     }
     Ok(())
 }

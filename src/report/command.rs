@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::decoder::whole;
 use super::unframe::Unframer;
 use super::{DecodeError, Detail, EncodeError, Kind, frame};
-use crate::{Compensation, Polarity, Settings};
+use crate::{Compensation, Effort, Polarity, Settings};
 
 /// How a head writes its reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -52,6 +52,8 @@ pub enum Request {
     WholeEvery(u16),
     /// Pixels of the frame for each dark run, [`Settings::px_per_run`]; 0: no bound.
     PxPerRun(u16),
+    /// Another effort for each target, [`Settings::effort`].
+    Effort(#[serde(with = "EffortNumber")] Effort),
 }
 
 /// A request and a number to know its answer by.
@@ -166,6 +168,9 @@ pub struct HeadSettings {
     pub whole_every: u16,
     /// Pixels of the frame for each dark run that may be followed; 0: no bound.
     pub px_per_run: u16,
+    /// How much is done for the accuracy of a target.
+    #[serde(with = "EffortNumber")]
+    pub effort: Effort,
 }
 
 impl HeadSettings {
@@ -177,8 +182,8 @@ impl HeadSettings {
             let _ = ratios.push(crate::math::round(ratio * RATIO_ONE) as u16);
         }
         let polarity = settings.spec.polarity();
-        let Settings { compensation, px_per_run, .. } = *settings;
-        Self { ratios, polarity, compensation, detail, format, whole_every, px_per_run }
+        let Settings { compensation, px_per_run, effort, .. } = *settings;
+        Self { ratios, polarity, compensation, detail, format, whole_every, px_per_run, effort }
     }
 }
 
@@ -214,6 +219,13 @@ impl CommandDecoder {
 enum PolarityNumber {
     Dark,
     Light,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Effort")]
+enum EffortNumber {
+    Full,
+    Quick,
 }
 
 #[derive(Serialize, Deserialize)]

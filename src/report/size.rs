@@ -25,7 +25,7 @@ pub const HELLO_MAX_LEN: usize = 1 + framed(ENVELOPE + HELLO);
 const RATIOS: usize = 1 + 8 * U16;
 const COMMAND: usize = U16 + 1 + RATIOS;
 /// The longest outcome is that of a ratio.
-const ANSWER: usize = U16 + (1 + 3 * U16) + RATIOS + 4 + 2 * U16;
+const ANSWER: usize = U16 + (1 + 3 * U16) + RATIOS + 4 + 2 * U16 + 1;
 
 /// Longest command before COBS.
 pub(super) const COMMAND_PLAIN: usize = ENVELOPE + COMMAND;

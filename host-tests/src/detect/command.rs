@@ -8,7 +8,9 @@ use std::{
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::{Args as ClapArgs, ValueEnum};
-use concentric::{Code, Compensation, Image, Settings, Target, TargetSpec, coplanar::pool, refine::polish};
+use concentric::{
+    Code, Compensation, Effort, Image, Settings, Target, TargetSpec, coplanar::pool, refine::polish,
+};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Outcome, camera, csv, json, listing, run};
@@ -75,6 +77,10 @@ pub struct Args {
     /// Targets that were measured so have the flag `refined`
     #[arg(long)]
     refine: bool,
+
+    /// Measure each target with less effort, as a camera head may: less time, about a tenth more error
+    #[arg(long, conflicts_with = "refine")]
+    quick: bool,
 
     /// Follow at most one dark run for N pixels of the picture, as a camera head does to bound its time; 0: no bound
     ///
@@ -164,7 +170,8 @@ pub fn execute(args: &Args, out: &mut dyn Write) -> Result<bool> {
     let usual = if args.camera.is_some() { Mode::Known } else { Mode::Exact };
     let mut settings = Settings::new(spec)
         .compensation(args.compensation.unwrap_or(usual).into())
-        .px_per_run(args.px_per_run);
+        .px_per_run(args.px_per_run)
+        .effort(if args.quick { Effort::Quick } else { Effort::Full });
     settings.code = code(args)?;
     ensure!(
         args.camera.is_some() || settings.compensation != Compensation::Known,
@@ -330,6 +337,7 @@ mod tests {
             images: images.iter().map(PathBuf::from).collect(),
             ratio: TargetSpec::any(),
             light: false,
+            quick: false,
             px_per_run: Settings::DEFAULT_PX_PER_RUN,
             compensation: None,
             camera: None,

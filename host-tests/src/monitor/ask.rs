@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use concentric::report::{COMMAND_MAX_LEN, Command, Detail, Format, RATIO_ONE, Ratios, Request};
-use concentric::{Compensation, Polarity};
+use concentric::{Compensation, Effort, Polarity};
 
 /// How long an answer may take: the head gives it between two frames.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -33,8 +33,10 @@ impl FromStr for Word {
             "format" => Request::Format(one_of(text, &FORMATS)?),
             "whole-every" => Request::WholeEvery(number(name, "frames", value)?),
             "px-per-run" => Request::PxPerRun(number(name, "pixels", value)?),
+            "effort" => Request::Effort(one_of(text, &EFFORTS)?),
             _ => bail!(
-                "wanted settings, hello, ratio=, polarity=, compensation=, detail=, format=, whole-every= or px-per-run="
+                "wanted settings, hello, ratio=, polarity=, compensation=, detail=, format=, whole-every=, px-per-run= \
+                 or effort="
             ),
         }))
     }
@@ -50,6 +52,7 @@ const COMPENSATIONS: [(&str, Compensation); 5] = [
 ];
 const DETAILS: [(&str, Detail); 3] =
     [("terse", Detail::Terse), ("normal", Detail::Normal), ("full", Detail::Full)];
+const EFFORTS: [(&str, Effort); 2] = [("full", Effort::Full), ("quick", Effort::Quick)];
 const FORMATS: [(&str, Format); 2] = [("binary", Format::Binary), ("text", Format::Text)];
 
 /// The value in `name=value`.
@@ -138,6 +141,8 @@ mod tests {
         assert!(read("whole-every=-1").unwrap_err().contains("frames from 0 to 65535"));
         assert_eq!(read("px-per-run=32"), Ok(Request::PxPerRun(32)));
         assert!(read("px-per-run=").unwrap_err().contains("pixels from 0 to 65535"));
+        assert_eq!(read("effort=quick"), Ok(Request::Effort(Effort::Quick)));
+        assert_eq!(read("effort=none"), Err("effort: wanted one of full, quick".into()));
         assert_eq!(read("settings"), Ok(Request::Settings));
         assert_eq!(read("hello"), Ok(Request::Hello));
         assert_eq!(read("detail=fine"), Err("detail: wanted one of terse, normal, full".into()));

@@ -42,7 +42,8 @@ pub struct Args {
     /// Tell the head: settings, hello, ratio=0.5 or ratio=0.75,0.5 or ratio=any, polarity=dark|light,
     /// compensation=none|eq7|exact|auto|known, detail=terse|normal|full, format=binary|text,
     /// whole-every=N (search one frame in N as a whole, the others where targets are expected),
-    /// px-per-run=N (follow at most one dark run for so many pixels of the frame); can be given several times
+    /// px-per-run=N (follow at most one dark run for so many pixels of the frame),
+    /// effort=full|quick (quick: less time for each target, a little more error); can be given several times
     #[arg(long, value_name = "WHAT")]
     command: Vec<Word>,
 

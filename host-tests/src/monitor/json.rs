@@ -51,6 +51,7 @@ struct Settings {
     format: String,
     whole_every: u16,
     px_per_run: u16,
+    effort: String,
 }
 
 #[derive(Serialize)]
@@ -141,7 +142,7 @@ pub(super) fn hello(hello: &Hello) -> String {
 
 /// The line of an answer.
 pub(super) fn answer(answer: &Answer) -> String {
-    let HeadSettings { ratios, polarity, compensation, detail, format, whole_every, px_per_run } =
+    let HeadSettings { ratios, polarity, compensation, detail, format, whole_every, px_per_run, effort } =
         &answer.settings;
     print(&Line::Answer {
         tag: answer.tag,
@@ -154,6 +155,7 @@ pub(super) fn answer(answer: &Answer) -> String {
             format: lower(format),
             whole_every: *whole_every,
             px_per_run: *px_per_run,
+            effort: lower(effort),
         },
     })
 }

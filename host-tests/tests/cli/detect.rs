@@ -278,6 +278,21 @@ fn runs_beyond_the_bound_are_dropped_and_told() {
 }
 
 #[test]
+fn less_effort_gives_nearly_the_same() {
+    let folder = Folder::new();
+    folder.photo("a.png");
+    let centre = |more: &[&str]| {
+        let output = folder.run(&[&["detect", "--json", "a.png"], more].concat());
+        let target = &json(&output)[0]["targets"][0];
+        ["x", "y"].map(|axis| target[axis].as_f64().unwrap())
+    };
+    let ([x, y], [quick_x, quick_y]) = (centre(&[]), centre(&["--quick"]));
+    let off = (x - quick_x).hypot(y - quick_y);
+    assert!(off > 0.0 && off < 0.05, "{off}");
+    assert_error(&folder.run(&["detect", "--quick", "--refine", "a.png"]), &["--quick", "--refine"]);
+}
+
+#[test]
 fn a_reader_that_leaves_early_is_no_failure() {
     let folder = Folder::new();
     folder.photo("a.png");

@@ -3,7 +3,7 @@
 use concentric::report::{
     COMMAND_MAX_LEN, Command, Detail, Format, Hello, Outcome, Ratios, Request, WIRE_VERSION,
 };
-use concentric::{Camera, Compensation, Polarity, Settings, TargetSpec};
+use concentric::{Camera, Compensation, Effort, Polarity, Settings, TargetSpec};
 use proptest::prelude::*;
 
 use crate::support::{BUFFER, Bench, FIRMWARE, PlayedLine, SIZE, Sent, TestStorage, messages};
@@ -50,6 +50,7 @@ fn every_setting_is_changed_answered_and_in_force_with_the_next_frame() {
             Request::Format(Format::Binary),
             Request::WholeEvery(5),
             Request::PxPerRun(20),
+            Request::Effort(Effort::Quick),
             Request::Settings,
         ];
         let commands: Vec<u8> = (1..).zip(requests).flat_map(|(tag, request)| encode(tag, request)).collect();
@@ -58,20 +59,21 @@ fn every_setting_is_changed_answered_and_in_force_with_the_next_frame() {
         bench.settle();
         let sent = messages(&bench.line.take());
         let answers: Vec<_> = sent.iter().filter_map(Sent::answer).collect();
-        assert_eq!(answers.iter().map(|answer| answer.tag).collect::<Vec<_>>(), [1, 2, 3, 4, 5, 6, 7, 8]);
+        assert_eq!(answers.iter().map(|answer| answer.tag).collect::<Vec<_>>(), [1, 2, 3, 4, 5, 6, 7, 8, 9]);
         assert!(answers.iter().all(|answer| answer.outcome == Outcome::Done));
         assert_eq!(answers[0].settings.ratios, [49152, 32768]);
         assert_eq!(answers[0].settings.polarity, Polarity::Dark, "changed by the second only");
-        let settings = &answers[7].settings;
+        let settings = &answers[8].settings;
         assert_eq!(settings.ratios, [49152, 32768]);
         assert_eq!((settings.polarity, settings.compensation), (Polarity::Light, Compensation::Eq7));
         assert_eq!((settings.detail, settings.format), (Detail::Full, Format::Binary));
         assert_eq!((settings.whole_every, answers[4].settings.whole_every), (5, 0));
         assert_eq!((settings.px_per_run, answers[5].settings.px_per_run), (20, Settings::DEFAULT_PX_PER_RUN));
+        assert_eq!((settings.effort, answers[6].settings.effort), (Effort::Quick, Effort::Full));
         let spec = TargetSpec::circles(&[0.75, 0.5]).unwrap().light();
         assert_eq!(
             *bench.detector.settings(),
-            Settings::new(spec).compensation(Compensation::Eq7).px_per_run(20)
+            Settings::new(spec).compensation(Compensation::Eq7).px_per_run(20).effort(Effort::Quick)
         );
         // A hello tells of another level of detail.
         assert!(sent.contains(&Sent::Hello(Hello::new(FIRMWARE, SIZE, Detail::Full))));

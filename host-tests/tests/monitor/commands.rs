@@ -50,7 +50,7 @@ fn commands_are_sent_one_after_the_other_until_they_are_answered() {
     assert_eq!(heard[..2], [Request::Detail(Detail::Full), Request::Detail(Detail::Full)]);
     assert!(matches!(heard[2..], [Request::Ratios(_), Request::Settings]));
     let settings = json!({"ratios": [], "polarity": "dark", "compensation": "exact", "detail": "terse", "format": "text",
-        "whole_every": 0, "px_per_run": 0});
+        "whole_every": 0, "px_per_run": 0, "effort": "full"});
     let answer = |tag: u32, outcome: &str| json!({"kind": "answer", "tag": tag, "outcome": outcome, "settings": settings});
     let refused = answer(2, "ratio 0.04999 is outside 0.10001..=0.95000");
     assert_eq!(outcome.lines[..3], [answer(1, "done"), refused, answer(3, "done")]);

@@ -9,8 +9,8 @@ use concentric::report::{
     Decoder, Detail, EncodeError, FrameHead, HELLO_MAX_LEN, Hello, Report, TargetEntry, Version, max_len,
 };
 use concentric::{
-    Circle, Compensation, Covariance, Dropped, Ellipse, Flags, MAX_CIRCLES, Polarity, Position, Reject,
-    Summary, Target,
+    Circle, Compensation, Covariance, Dropped, Effort, Ellipse, Flags, MAX_CIRCLES, Polarity, Position,
+    Reject, Summary, Target,
 };
 
 use crate::support::{DETAILS, LEN, Outcome, annulus, encode, outcomes, summary};
@@ -253,6 +253,7 @@ fn commands_and_answers_of_the_largest_fields_have_the_length_that_is_told() {
         format: Format::Text,
         whole_every: u16::MAX,
         px_per_run: u16::MAX,
+        effort: Effort::Quick,
     };
     let outcome = Answered::Ratio { value: u16::MAX, min: u16::MAX, max: u16::MAX };
     let answer = Answer { tag: u16::MAX, outcome, settings };

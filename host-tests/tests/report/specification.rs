@@ -5,8 +5,8 @@ use concentric::report::{
     HeadSettings, Hello, Outcome, Ratios, Report, Request, Version,
 };
 use concentric::{
-    Circle, Compensation, Covariance, Ellipse, Flags, Polarity, Position, Reject, Settings, Summary, Target,
-    TargetSpec,
+    Circle, Compensation, Covariance, Effort, Ellipse, Flags, Polarity, Position, Reject, Settings, Summary,
+    Target, TargetSpec,
 };
 
 use crate::support::{LEN, at, outcomes};
@@ -124,6 +124,7 @@ fn requests_and_outcomes_have_the_numbers_of_their_tables() {
         ("format", Request::Format(Format::Text)),
         ("whole every", Request::WholeEvery(10)),
         ("px per run", Request::PxPerRun(32)),
+        ("effort", Request::Effort(Effort::Quick)),
     ];
     let sent = requests.map(|(name, request)| {
         let mut buffer = [0; COMMAND_MAX_LEN];
