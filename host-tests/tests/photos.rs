@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use concentric::{Settings, Target, TargetSpec};
+use concentric::{Effort, Settings, Target, TargetSpec};
 use concentric_host::{
     detect,
     measure::{distance, px},
@@ -49,6 +49,24 @@ fn thin_rings_in_uneven_light_are_found() {
     }
     let beside: Vec<_> = centres.iter().filter(|centre| distance(**centre, CUT) > 5.0).collect();
     assert_eq!(beside.len(), CCTAG.len(), "false targets: {centres:?}");
+}
+
+/// The code around a target and an uneven print are seen with less effort, too: such targets are measured in full.
+#[test]
+fn less_effort_finds_the_same() {
+    let Some(folder) = folder() else { return };
+    for (name, least) in [("cctag-01.png", 4), ("ringgrid-board.png", 60)] {
+        let picture = Picture::read(&folder.join(name)).unwrap();
+        let [full, quick] = [Effort::Full, Effort::Quick].map(|effort| {
+            detect::run(&picture, Settings::new(TargetSpec::any()).effort(effort)).unwrap().targets
+        });
+        assert!(full.len() >= least && quick.len() == full.len(), "{name}: {} {}", full.len(), quick.len());
+        for (full, quick) in full.iter().zip(&quick) {
+            let off = distance(px(full.centre), px(quick.centre));
+            let sigma = f64::from(full.covariance.xx + full.covariance.yy).sqrt();
+            assert!(off < 1.5 * sigma, "{name}: {off} px from {:?}, sigma {sigma}", px(full.centre));
+        }
+    }
 }
 
 #[test]
