@@ -56,8 +56,7 @@ pub(crate) fn shows_paper(
 /// Dark and light level beside a crossing.
 fn levels(crossing: &Crossing) -> (f32, f32) {
     let [before, after] = crossing.far().map(|stretch| stretch.mean().1);
-    let [_, n0, n1, n2, n3, _] = crossing.near.map(u16::from);
-    if n2 + n3 > n0 + n1 { (before, after) } else { (after, before) }
+    if crossing.is_rising() { (before, after) } else { (after, before) }
 }
 
 /// The light side of a ring.

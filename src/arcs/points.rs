@@ -48,7 +48,7 @@ impl Point {
     pub fn new(crossing: &Crossing, origin: (u16, u16)) -> Self {
         let (x, y) = pixel(crossing, origin);
         let [_, n0, n1, n2, n3, _] = crossing.near.map(i32::from);
-        let rising = if n2 + n3 > n0 + n1 { RISING } else { 0 };
+        let rising = if crossing.is_rising() { RISING } else { 0 };
         // Between the two inner samples, at u = -1 and 0.
         let share =
             (PX / 2 * (n0 + n3 - 2 * n1)).checked_div(n2 - n1).map_or(PX / 2, |share| share.clamp(0, PX));

@@ -28,23 +28,6 @@ const CLIPPED_SHARE: u32 = 10;
 /// Unit of the steps, 1/STEP grey levels.
 const STEP: u32 = 4;
 
-impl Crossing {
-    /// Whether light follows dark along the axis.
-    #[inline(always)]
-    pub(super) fn is_rising(&self) -> bool {
-        let [_, a, b, c, d, _] = self.near.map(i32::from);
-        c + d > a + b
-    }
-
-    /// The middle between its inner samples about an origin, px / 2.
-    #[inline(always)]
-    pub(super) fn middle(&self, origin: (u16, u16)) -> (i32, i32) {
-        let x = 2 * (i32::from(self.x) - i32::from(origin.0));
-        let y = 2 * (i32::from(self.y()) - i32::from(origin.1));
-        if self.axis() == Axis::Row { (x - 1, y) } else { (x, y - 1) }
-    }
-}
-
 /// Number and sum of the pixels of dark areas.
 #[derive(Default)]
 struct Dark {

@@ -44,7 +44,7 @@ pub(super) struct Views<'l> {
     pub light: Option<&'l Trace>,
     pub dark: Option<&'l Trace>,
     pub dark_inside: bool,
-    pub origin: (i32, i32),
+    pub origin: (u16, u16),
 }
 
 impl Views<'_> {
@@ -56,13 +56,7 @@ impl Views<'_> {
     /// The same for the one pass in which most crossings are looked at.
     #[inline(always)]
     pub fn local_inline(&self, crossing: &Crossing) -> Option<Local> {
-        let x = i32::from(crossing.x) - self.origin.0;
-        let y = i32::from(crossing.y()) - self.origin.1;
-        let [_, n0, n1, n2, n3, _] = crossing.near.map(i32::from);
-        let rising = n2 + n3 > n0 + n1;
-        let axis = crossing.axis();
-        let row = axis == Axis::Row;
-        let place = if row { (2 * x - 1, 2 * y) } else { (2 * x, 2 * y - 1) };
+        let (rising, axis, place) = (crossing.is_rising(), crossing.axis(), crossing.middle(self.origin));
         let look = self.edge.look(axis, place)?;
         let (outwards, across) = look.cosines;
         let cosine = outwards.abs();
@@ -82,7 +76,7 @@ impl Views<'_> {
         Some(Local {
             axis,
             sign: if rising { 1 } else { -1 },
-            middle: if row { place } else { (place.1, place.0) },
+            middle: if axis == Axis::Row { place } else { (place.1, place.0) },
             // Along the axis, light lies outside or inside of the edge.
             at: along(if self.dark_inside { -look.distance } else { look.distance }),
             cosine,

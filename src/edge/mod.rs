@@ -6,6 +6,8 @@
 //! 1. [`Levels`]: dark and bright level and one illumination plane for the target.
 //! 2. [`measure_blur`]: the standard deviation of the edges' profile.
 //! 3. [`place`]: matched filter of the four samples at each crossing.
+//!
+//! With less effort: [`Levels::of_flat`], then [`Probit`], which places an edge point between two samples.
 
 mod flat;
 mod levels;
@@ -109,7 +111,7 @@ impl Edges<'_> {
             light,
             dark,
             dark_inside: edge.dark_inside,
-            origin: (i32::from(self.origin.0), i32::from(self.origin.1)),
+            origin: self.origin,
         })
     }
 }

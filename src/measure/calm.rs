@@ -1,13 +1,13 @@
 //! A target that nothing disturbs, circle by circle in one pass over its crossings.
 
+use super::distances::Distances;
 use super::ellipse::{Fitted, FittedList, Source, judge};
 use super::origin::Origin;
 use super::sectors::{SectorLight, Sectors};
 use super::{Light, check_contrast};
 use crate::edge::{Blur, Edges, Levels, Lines, Point, Survey};
 use crate::fit::{Adjusted, Adjustment, FIELD, Frame, TERMS};
-use crate::fixed::{ONE, PX, fixed, sector};
-use crate::math;
+use crate::fixed::{ONE, fixed, sector};
 use crate::scan::Pool;
 use crate::settings::limits;
 use crate::target::MAX_CIRCLES;
@@ -16,10 +16,6 @@ use heapless::Vec;
 /// Variance of the edge points in units of what the noise explains, and beyond that, px^2: more is disturbed.
 const EXPLAINED: f32 = 2.0;
 const UNEXPLAINED: f32 = 0.015 * 0.015;
-/// Farthest of the points, standard deviations, beside what the outline leaves of the ellipse.
-const FARTHEST: f32 = 4.5;
-/// Largest distance of the outline from its edge that the one step of the fit is good for, px.
-const NEAR: f32 = 0.5;
 
 /// An edge after the pass.
 struct Track {
@@ -79,21 +75,17 @@ struct Points {
     bent: (i32, i32),
     light: SectorLight,
     seen: Sectors,
-    /// Sum of the distances from the outline's ellipse, and the least and the largest, [`PX`].
-    sum: i32,
-    ends: (i32, i32),
+    distances: Distances,
 }
 
 impl Points {
     #[inline]
     fn add(&mut self, point: &Point) {
         let (u, v) = point.view.place;
-        let distance = point.view.distance;
         let sector = sector((u, v));
         self.light.add(sector, point.excess.clamp(-128, 127) as i8);
         self.seen.mark(sector);
-        self.sum += distance;
-        self.ends = (self.ends.0.min(distance), self.ends.1.max(distance));
+        self.distances.add(point.view.distance);
         let terms = self.adjustment.add(&point.view);
         for (sum, term) in self.terms.iter_mut().zip(terms) {
             *sum += term;
@@ -121,15 +113,14 @@ fn track(
     blur: &Blur,
 ) -> Option<(Track, f32)> {
     let edge = edges.get(k)?;
-    let (major, minor) = edge.axes;
+    let (_, minor) = edge.axes;
     let mut points = Points {
         adjustment: Adjustment::new(edge.shape)?,
         terms: [0; TERMS],
         bent: (0, 0),
         light: SectorLight::new(minor),
         seen: Sectors::NONE,
-        sum: 0,
-        ends: (0, 0),
+        distances: Distances::default(),
     };
     let tolerance = fixed(limits::MISFIT + limits::MISFIT_SIGMAS * blur.noise, ONE);
     let noise = survey.pass(k, pool, |point| {
@@ -141,16 +132,9 @@ fn track(
     let whole = points.seen.without_ends(minor);
     let (adjusted, step, further) = points.adjustment.finish_with(&points.fields())?;
     let explained = Light::edge_variance(1.0, noise, blur.sigma);
-    let mean = points.sum as f32 / f32::from(adjusted.points);
-    let farthest = (points.ends.1 as f32 - mean).max(mean - points.ends.0 as f32) / PX as f32;
-    // The outline leaves the ellipse by this.
-    let [p, q, size, x, y] = step;
-    let off = 0.5 * major * (math::sqrt(p * p + q * q) + math::sqrt(x * x + y * y))
-        + 0.5 * (major - minor) * size.abs();
     let undisturbed = even == Sectors::ALL
         && whole == Sectors::ALL
-        && mean.abs() < NEAR * PX as f32
-        && farthest <= FARTHEST * adjusted.rms + off
+        && points.distances.are_near(&adjusted, &step, edge.axes)
         && adjusted.rms * adjusted.rms <= EXPLAINED * explained + UNEXPLAINED;
     if !undisturbed {
         return None;

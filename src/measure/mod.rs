@@ -10,6 +10,7 @@
 mod calm;
 mod choose;
 mod combine;
+mod distances;
 mod disturbed;
 mod ellipse;
 pub(crate) mod joint;

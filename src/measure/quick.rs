@@ -1,13 +1,13 @@
 //! A target in two short passes over its crossings: one for the levels, one for the edge points and the ellipses.
 
+use super::distances::Distances;
 use super::ellipse::{Fitted, FittedList, judge};
 use super::origin::Origin;
 use super::sectors::Sectors;
 use super::{Light, check_contrast};
 use crate::edge::{Edge, Edges, Levels, Probit};
 use crate::fit::Adjustment;
-use crate::fixed::{PX, sector};
-use crate::math;
+use crate::fixed::sector;
 use crate::scan::Pool;
 
 /// Largest noise of a sample, as a share of the contrast: more is not only noise.
@@ -21,10 +21,6 @@ const MOST_BLUR: f32 = 1.3;
 /// Variance of the edge points in units of what the noise explains, and beyond that, px^2: more is disturbed.
 const EXPLAINED: f32 = 3.0;
 const UNEXPLAINED: f32 = 0.03 * 0.03;
-/// Farthest of the points, standard deviations, beside what the outline leaves of the ellipse, px.
-const FARTHEST: f32 = 4.5;
-/// Largest distance of the outline from its edge that the one step of the fit is good for, px.
-const NEAR: f32 = 0.5;
 
 /// The fitted ellipses of all edges into `fitted`, and the light. `None` where anything disturbs the target.
 #[inline(never)]
@@ -66,24 +62,15 @@ pub(super) fn quick(
 fn fit((edge, k): (&Edge, usize), pool: &Pool<'_>, probit: &mut Probit) -> Option<Fitted> {
     let mut adjustment = Adjustment::new(edge.shape)?;
     let mut seen = Sectors::NONE;
-    let (mut sum, mut ends) = (0, (0, 0));
+    let mut distances = Distances::default();
     probit.pass(edge, pool, |point| {
         seen.mark(sector(point.place));
-        sum += point.distance;
-        ends = (point.distance.min(ends.0), point.distance.max(ends.1));
+        distances.add(point.distance);
         adjustment.add(point);
     })?;
     let (adjusted, step, []) = adjustment.finish_with(&[])?;
-    let mean = sum as f32 / f32::from(adjusted.points);
-    let farthest = (ends.1 as f32 - mean).max(mean - ends.0 as f32) / PX as f32;
-    // The outline leaves the ellipse by this.
-    let (major, minor) = edge.axes;
-    let [p, q, size, x, y] = step;
-    let off = 0.5 * major * (math::sqrt(p * p + q * q) + math::sqrt(x * x + y * y))
-        + 0.5 * (major - minor) * size.abs();
-    let undisturbed = seen.without_ends(minor) == Sectors::ALL
-        && mean.abs() < NEAR * PX as f32
-        && farthest <= FARTHEST * adjusted.rms + off;
+    let undisturbed =
+        seen.without_ends(edge.axes.1) == Sectors::ALL && distances.are_near(&adjusted, &step, edge.axes);
     let Edge { dark_inside, partial, cut, .. } = *edge;
     let fitted =
         Fitted { adjusted, edge: k, dark_inside, partial, cut, gap: 0, ratio: 1.0, measured_ratio: 1.0 };

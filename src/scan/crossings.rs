@@ -103,6 +103,21 @@ impl Crossing {
         if self.y_axis & COLUMN == 0 { Axis::Row } else { Axis::Column }
     }
 
+    /// Whether light follows dark along the axis.
+    #[inline(always)]
+    pub fn is_rising(&self) -> bool {
+        let [_, a, b, c, d, _] = self.near.map(i32::from);
+        c + d > a + b
+    }
+
+    /// The middle between its inner samples about an origin, px / 2.
+    #[inline(always)]
+    pub fn middle(&self, origin: (u16, u16)) -> (i32, i32) {
+        let x = 2 * (i32::from(self.x) - i32::from(origin.0));
+        let y = 2 * (i32::from(self.y()) - i32::from(origin.1));
+        if self.axis() == Axis::Row { (x - 1, y) } else { (x, y - 1) }
+    }
+
     /// The far stretches, before the edge point is placed.
     pub fn far(&self) -> [Stretch; 2] {
         self.far

@@ -64,13 +64,9 @@ impl<'s> View<'s> {
         origin: &Origin,
         room: &'s mut Option<exact::Place>,
     ) -> Option<Self> {
-        let x = i32::from(crossing.x) - i32::from(origin.pixel.0);
-        let y = i32::from(crossing.y()) - i32::from(origin.pixel.1);
-        let axis = crossing.axis();
-        let row = axis == Axis::Row;
-        let [_, n0, n1, n2, n3, _] = crossing.near.map(u16::from);
-        let rising = n2 + n3 > n0 + n1;
-        let middle = if row { (2 * x - 1, 2 * y) } else { (2 * y - 1, 2 * x) };
+        let (axis, rising, place) = (crossing.axis(), crossing.is_rising(), crossing.middle(origin.pixel));
+        // Along and across the axis.
+        let middle = if axis == Axis::Row { place } else { (place.1, place.0) };
         let passage = if origin.lens().is_some() {
             let (exact, passage) = exact::Place::with_passage(axis, middle, origin, track.own.outline)?;
             *room = Some(exact);
@@ -86,7 +82,7 @@ impl<'s> View<'s> {
             return None;
         }
         let bend = if track.dark_inside { passage.bend } else { -passage.bend };
-        let light = scene.light(if row { middle } else { (middle.1, middle.0) });
+        let light = scene.light(place);
         let (lead, sign) = (scene.lead(bend), if rising { 1 } else { -1 });
         let series = Series::new(scene.sharpness, (cosine.abs(), bend), track.own.tight);
         Some(Self {
