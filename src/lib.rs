@@ -31,9 +31,9 @@
 //!
 //! | feature | without it | flash, compiled for size, kB |
 //! | --- | --- | --- |
-//! | `arcs` | circles are refused that are partly hidden, that something touches, or that the frame cuts | 28.9 to 36.8 |
+//! | `arcs` | circles are refused that are partly hidden, that something touches, or that the frame cuts | 28.5 to 36.1 |
 //! | `camera` | there is no [`Settings::camera`](Settings#structfield.camera), so no undistorted fit and no normal | 8.5 to 15.4 |
-//! | `joint` | each circle is measured by itself: more error, most where targets are small, tight or blurred | 17.9 to 25.3 |
+//! | `joint` | each circle is measured by itself: more error, most where targets are small, tight or blurred | 18.0 to 25.3 |
 //!
 //! Off by default: `defmt` (logs and `Format`), `hal` (the module `head`).
 //!

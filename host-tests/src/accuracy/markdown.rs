@@ -38,8 +38,9 @@ const LEGEND: &str = "\
 RMS errors of one coordinate in mpx (1/1000 px). *bound*: the Cramer-Rao bound of eq. (7) and the exact form, for the
 contrast, light, noise, blur and shape of each frame; rounding to 8 bits counts as noise. *none*: the centre of the outer
 ellipse; *auto*: the exact form as far as its correction is significant; *refined*: the exact form after the refinement on
-the pixels; *known*: the centre where the camera is given; *quick*: the exact form with less effort. Ratios to the bound have their 95 % confidence interval; in the
-range of the goals they, and *error / sigma*, are without what the noise of these frames makes of any good estimate.
+the pixels; *known*: the centre where the camera is given; *quick*: the exact form with less effort. Ratios to the bound
+have their 95 % confidence interval; in the range of the goals they, and *error / sigma*, are without what the noise of
+these frames makes of any good estimate.
 *systematic*: the part of the exact form's error that is the same for every noise. *bias*, *drift*: length of its mean error,
 in the image and in directions of the light (or else of the tilt). *error / sigma*: its RMS error in units of the reported
 standard deviation. *in 95 %*: share inside the reported 95 % ellipse. Cells in brackets are outside the range for which
