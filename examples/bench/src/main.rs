@@ -119,7 +119,7 @@ fn frame<'a>(
         _ => return None,
     }
     let runs = (take_word(rest)? == WITH_RUNS).then_some(Runs { rest, row: runs });
-    let frame = Frame { pixels: *pixels, width, height, regions, runs };
+    let frame = Frame { pixels, width, height, regions, runs };
     let (mut detector, storage) = match width {
         0..=320 => (Detector::new(settings, small), Small::BYTES),
         321..=640 => (Detector::new(settings, medium), Medium::BYTES),
